@@ -22,6 +22,9 @@ Vec3d rotated(const Vec3d& v, const Vec3d& turn) {
 double& part_of(Vec3d& v, int d) { return d == 0 ? v.x : d == 1 ? v.y : v.z; }
 double part_of(const Vec3d& v, int d) { return d == 0 ? v.x : d == 1 ? v.y : v.z; }
 
+/// Without the care for extreme numbers that takes std::hypot most of its time.
+double hypotenuse(double a, double b) { return std::sqrt(a * a + b * b); }
+
 /// Takes a place by whole periods to between 0 and `way`, whose size is a period.
 void put_within(double& place, double way) {
     const double period = std::abs(way), from = std::min(0.0, way);
@@ -124,15 +127,15 @@ SweptSurface::Half SweptSurface::half_at(std::size_t k, double along) const {
 }
 
 double SweptSurface::from_section(const Half& half, double y1, double y2, double beyond) const {
-    const double across = std::hypot(y1, beyond), a = half.along_d1, b = half.along_d2;
+    const double across = hypotenuse(y1, beyond), a = half.along_d1, b = half.along_d2;
     if (section_ == SweptSection::plate) return across - a;
     if (section_ == SweptSection::rectangle) {
         const double out = across - a, side = std::abs(y2) - b;
-        return std::hypot(std::max(out, 0.0), std::max(side, 0.0)) + std::min(std::max(out, side), 0.0);
+        return hypotenuse(std::max(out, 0.0), std::max(side, 0.0)) + std::min(std::max(out, side), 0.0);
     }
-    if (a == b) return std::hypot(across, y2) - a;
-    const double x = across / a, y = y2 / b, q = std::hypot(x, y);
-    return q > 0 ? (q - 1) * q / std::hypot(x / a, y / b) : -std::min(a, b); // of second order in the distance
+    if (a == b) return hypotenuse(across, y2) - a;
+    const double x = across / a, y = y2 / b, q = hypotenuse(x, y);
+    return q > 0 ? (q - 1) * q / hypotenuse(x / a, y / b) : -std::min(a, b); // of second order in the distance
 }
 
 SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
@@ -189,7 +192,7 @@ void SweptSurface::take_nearer(std::size_t k, const Vec3d& place, Foot& best) co
     const Vec3d across = off - beyond * t;
     const double of_section = from_section(half_at(k, along), dot(across, frame.d1), dot(across, frame.d2),
                                            end > 0 || endless() ? 0 : beyond),
-                 distance = std::hypot(std::max(of_section, 0.0), std::max(end, 0.0)) +
+                 distance = hypotenuse(std::max(of_section, 0.0), std::max(end, 0.0)) +
                             std::min(std::max(of_section, end), 0.0);
     if (distance < best.distance || (distance == best.distance && k < best.element))
         best = {static_cast<std::uint32_t>(k), along, off, distance};

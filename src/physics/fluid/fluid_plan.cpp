@@ -102,6 +102,39 @@ std::vector<FluidOutput> outputs_of(const SceneSpec& scene, const FluidGrid& gri
 
 } // namespace
 
+namespace {
+
+/// Area of an ellipsoid with these half axes, over the square of the spacing; of a tube where they have no bound.
+double area_within(Vec3d half, const FluidGrid& grid) {
+    for (int d = 0; d < 3; ++d) {
+        double& along = d == 0 ? half.x : d == 1 ? half.y : half.z;
+        along = std::min(along / grid.h, 0.5 * nth(grid.cells, d));
+    }
+    constexpr double p = 1.6; // Thomsen's formula, within 1.2 %
+    const double x = std::pow(half.x, p), y = std::pow(half.y, p), z = std::pow(half.z, p);
+    return 4 * std::numbers::pi * std::pow((x * y + y * z + z * x) / 3, 1 / p);
+}
+
+/// Area of a spheroid as long as a body and of its volume, over the square of the spacing.
+double area_of(const BodyShape& body, const FluidGrid& grid) {
+    const double across = std::sqrt(displaced_volume(body).volume / (4.0 / 3 * std::numbers::pi * body.reach));
+    return area_within({body.reach, across, across}, grid);
+}
+
+/// Area of the sharp part of a rod, over the square of the spacing.
+double sharp_area(const RodGroup& group, std::span<const double> shares, const FluidGrid& grid) {
+    const bool plate = spans_box(group, grid);
+    double area = 0;
+    for (std::size_t k = 0; k < group.element.size(); ++k) {
+        const auto [a, b] = half_axes(group, k);
+        const double around = plate ? 4 * b : 2 * std::numbers::pi * std::sqrt(0.5 * (a * a + b * b));
+        area += 0.5 * (shares[k] + shares[k + 1]) * around * group.element[k].rest_length;
+    }
+    return area / (grid.h * grid.h);
+}
+
+} // namespace
+
 double FluidPlan::bytes_per_cell(int ranks) const {
     if (constants.pressure != PressureMethod::direct) return 80 + multigrid_bytes_per_cell;
     const bool responds = constants.scheme == FlowScheme::crank_nicolson && has_bodies();
@@ -137,6 +170,16 @@ double FluidPlan::ns_per_cell_step() const {
     if (constants.scheme == FlowScheme::crank_nicolson) return implicit_stage + implicit_solve * implicit_solves(*this);
     return with_one_projection +
            (constants.pressure == PressureMethod::direct ? 0 : multigrid * projections(constants.scheme));
+}
+
+double FluidPlan::surface_ns() const {
+    // Measured by cell of the surface, which is put to its place once in a stage, and twice if the fluid moves it.
+    constexpr double of_bodies = 3000, of_rods = 25000;
+    double all = 0;
+    for (const Obstacle& o : obstacles)
+        if (o.is_sharp() && o.moves()) all += of_bodies * area_within(o.shape()->extent(), constants.grid);
+    for (const RodsInFluid& r : rods) all += (two_way() ? 2 : 1) * (r.body ? of_bodies : of_rods) * r.sharp_area;
+    return stage_parts(constants.scheme).count * all;
 }
 
 double FluidPlan::ghost_bytes(int ranks) const {
@@ -257,6 +300,9 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
         if (!group.body()) add_sections(kind, in_fluid, fluid, rods);
         markers += count * static_cast<double>(in_fluid.markers.size());
         rods.sharp += count * sharp_part(kind, in_fluid);
+        if (in_fluid.sharp)
+            rods.sharp_area += count * (group.body() ? area_of(*group.body(), fluid.constants.grid)
+                                                     : sharp_area(kind, in_fluid.sharp_shares, fluid.constants.grid));
         all += count;
         if (rods.feels_fluid) rods.least_inertia = std::min(rods.least_inertia, in_fluid.inertia->least_effective());
     });

@@ -64,6 +64,7 @@ struct RodsInFluid {
     std::int64_t markers = 0;             ///< of a rod or body
     double least_axis = 0, most_axis = 0; ///< half axes of sections or parts, over the spacing
     double thickest = 0;                  ///< half the thickness of the thickest section, over the spacing
+    double sharp_area = 0;                ///< of sharp surfaces of all of them, over the square of the spacing
     double density_ratio = 0;             ///< over the fluid's
     std::array<bool, 3> has{};            ///< by SectionMarkers, of rods
     double least_inertia = 1;             ///< that kicks feel, over the rod's
@@ -120,7 +121,11 @@ struct FluidPlan {
     /// alone asks for.
     double steps(std::int64_t run_steps, double dt) const;
     /// On one core, s.
-    double step_seconds() const { return 1e-9 * ns_per_cell_step() * static_cast<double>(constants.grid.count()); }
+    double step_seconds() const {
+        return 1e-9 * (ns_per_cell_step() * static_cast<double>(constants.grid.count()) + surface_ns());
+    }
+    /// Of that, at sharp surfaces that move, ns.
+    double surface_ns() const;
 
     /// Time of one core, for predictions.
     double ns_per_cell_step() const;
