@@ -6,7 +6,7 @@
 # entry points (src/kernels/kernels.hpp) are made local, and its code goes into a section with the name of the level:
 # tests/architecture/levels_test.py looks for its instructions in all others, and for packs in the names that a level wants of others.
 
-set(SKEIN_WIDTHS 1 2 4 8 CACHE STRING "Widths to build kernels for; those that are missing are served by others; native: the widest of this processor, and those of the baseline, which any processor runs")
+set(SKEIN_WIDTHS 1 2 4 8 CACHE STRING "Widths to build kernels for; those that are missing are served by others; native: the widest of this processor alone")
 set(SKEIN_LEVEL_MARCH_x86_64 x86-64)
 set(SKEIN_LEVEL_MARCH_x86_64_v3 x86-64-v3)
 set(SKEIN_LEVEL_MARCH_x86_64_v4 x86-64-v4)
@@ -33,8 +33,7 @@ if(EXISTS /proc/cpuinfo)
 endif()
 if(SKEIN_WIDTHS STREQUAL "native")
   list(GET SKEIN_LEVEL_WIDTHS_${SKEIN_HERE} -1 widest)
-  set(SKEIN_WIDTHS ${SKEIN_LEVEL_WIDTHS_x86_64} ${widest})
-  list(REMOVE_DUPLICATES SKEIN_WIDTHS)
+  set(SKEIN_WIDTHS ${widest})
 endif()
 set(SKEIN_TEST_LEVEL ${SKEIN_HERE} CACHE STRING "Level that tests and benchmarks of kernels are compiled for: ${SKEIN_LEVELS}")
 

@@ -29,8 +29,8 @@ cd "$root"
 say "Packages"
 bash jobscripts/install.sh "${no_install[@]}"
 
-# The first build has the fluid, and the kernels of this processor and of the baseline. It leaves out tests, benchmarks, multigrid and
-# kernels of other widths; a build/ that has them keeps them. The rest: cmake -B build -DSKEIN_WIDTHS="1;2;4;8"
+# The first build has the fluid, and the kernels of this processor. It leaves out tests, benchmarks, multigrid and the kernels of other
+# processors; a build/ that has them keeps them. The rest: cmake -B build -DSKEIN_WIDTHS="1;2;4;8"
 options=()
 [[ -f build/CMakeCache.txt ]] || options=(-DSKEIN_TESTS=OFF -DSKEIN_BENCH=OFF -DSKEIN_PETSC=OFF -DSKEIN_WIDTHS=native)
 build skein "$jobs" "${options[@]}"

@@ -1,9 +1,12 @@
 #include "kernels/kernels.hpp"
 
 #include "core/level.hpp"
+#include "skein/core/error.hpp"
 #include "tiles/clusters.hpp"
 
 #include <iterator>
+
+#include <fmt/format.h>
 
 namespace skein {
 
@@ -32,7 +35,13 @@ const Kernels& kernels(int lanes) {
     const int served = served_lanes(lanes);
     for (const Built& b : built)
         if (b.lanes <= served) return *b.kernels;
-    return *std::end(built)[-1].kernels;
+    const Built& narrowest = std::end(built)[-1];
+    if (served_lanes(narrowest.lanes) < narrowest.lanes)
+        throw InputError(
+            fmt::format("this program has kernels for processors of {} and later alone, and this one is of an "
+                        "earlier kind; cmake -B build -DSKEIN_WIDTHS=\"1;2;4;8\" builds those of all",
+                        level_name(narrowest.lanes)));
+    return *narrowest.kernels;
 }
 
 namespace {
