@@ -10,6 +10,8 @@
 
 namespace skein {
 
+class Threads;
+
 /// Turn of a Voronoi cell, between element `cell` and the next.
 struct CellTurn {
     double angle = 0; ///< rad
