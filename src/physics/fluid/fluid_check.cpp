@@ -130,17 +130,23 @@ void check_shape(const Obstacle& o, const FluidSpec& fluid, Objections& table) {
         table.add("angular_velocity", "a cylinder through the whole box along z turns about z alone");
 }
 
+/// Objects to a name that cannot name anything, and to one that an entry before it has.
+template <class Spec> void check_entry_name(const std::vector<Spec>& list, std::size_t i, const char* named,
+                                            const char* entries, Objections& table) {
+    const std::string& name = list[i].name;
+    if (!good_name(name))
+        table.add("name", fmt::format("'{}' cannot name {}: use letters, digits, _ and -", name, named));
+    for (std::size_t j = 0; j < i; ++j)
+        if (list[j].name == name) table.add("name", fmt::format("two {} are named '{}'", entries, name));
+}
+
 /// As far as the numbers of the fluid allow: they may be wrong themselves.
 void check_obstacles(const SceneSpec& scene, Objections& objections) {
     const FluidSpec& fluid = *scene.fluid;
     for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
         const Obstacle& o = scene.obstacles[i];
         TableObjections table(objections, fmt::format("obstacle.{}", i));
-        if (!good_name(o.name))
-            table.add("name", fmt::format("'{}' cannot name an obstacle: use letters, digits, _ and -", o.name));
-        for (std::size_t j = 0; j < i; ++j)
-            if (scene.obstacles[j].name == o.name)
-                table.add("name", fmt::format("two obstacles are named '{}'", o.name));
+        check_entry_name(scene.obstacles, i, "an obstacle", "obstacles", table);
         check_shape(o, fluid, table);
         if ((norm(o.amplitude) > 0) != (o.frequency > 0))
             table.add(o.frequency > 0 ? "frequency" : "amplitude", "'amplitude' [m] and 'frequency' [Hz] go together");
@@ -271,11 +277,7 @@ void check_outputs(const SceneSpec& scene, bool good_grid, Objections& objection
     for (std::size_t i = 0; i < scene.fluid_outputs.size(); ++i) {
         const FluidOutputSpec& spec = scene.fluid_outputs[i];
         TableObjections table(objections, fmt::format("fluid_output.{}", i));
-        if (!good_name(spec.name))
-            table.add("name", fmt::format("'{}' cannot name files: use letters, digits, _ and -", spec.name));
-        for (std::size_t j = 0; j < i; ++j)
-            if (scene.fluid_outputs[j].name == spec.name)
-                table.add("name", fmt::format("two outputs of the fluid are named '{}'", spec.name));
+        check_entry_name(scene.fluid_outputs, i, "files", "outputs of the fluid", table);
         if (spec.every > scene.time.duration)
             table.add("every", fmt::format("'every' {} s never comes due within 'duration' of {} s", spec.every,
                                            scene.time.duration));
@@ -297,11 +299,7 @@ void check_probes(const SceneSpec& scene, bool good_grid, Objections& objections
     for (std::size_t i = 0; i < scene.fluid_probes.size(); ++i) {
         const FluidProbeSpec& probe = scene.fluid_probes[i];
         TableObjections table(objections, fmt::format("fluid_probe.{}", i));
-        if (!good_name(probe.name))
-            table.add("name", fmt::format("'{}' cannot name columns: use letters, digits, _ and -", probe.name));
-        for (std::size_t j = 0; j < i; ++j)
-            if (scene.fluid_probes[j].name == probe.name)
-                table.add("name", fmt::format("two probes of the fluid are named '{}'", probe.name));
+        check_entry_name(scene.fluid_probes, i, "columns", "probes of the fluid", table);
         if (!good_grid) continue;
         const FluidGrid grid = scene.fluid->constants().grid;
         const Vec3d upper = grid.upper();
