@@ -5,7 +5,6 @@
 #include "fluid/pressure_gain.hpp"
 #include "fluid/start_velocity.hpp"
 #include "fluid/whole_planes.hpp"
-#include "immersion/triangle_mesh.hpp"
 #include "loads/gravity.hpp"
 #include "parallel/exact_sum.hpp"
 #include "physics/fluid/fluid_plan.hpp"
@@ -70,37 +69,6 @@ std::vector<int> shares_of(FlowScheme scheme) {
     return {parts.part.begin(), parts.part.begin() + parts.count};
 }
 
-/// Numbers of the mesh of an obstacle in a checkpoint: digests of the name of its file and of its surface.
-constexpr std::size_t mesh_record = 2;
-std::array<double, mesh_record> record_of(const Obstacle& obstacle) {
-    const auto number = [](std::uint64_t digest) { return static_cast<double>(digest >> 12); }; // a double has it
-    const std::vector<double> name(obstacle.file.begin(), obstacle.file.end());
-    std::vector<double> surface;
-    for (const Vec3d& at : obstacle.mesh->points()) surface.insert(surface.end(), {at.x, at.y, at.z});
-    for (const TriangleMesh::Triangle& corners : obstacle.mesh->triangles())
-        surface.insert(surface.end(), corners.begin(), corners.end());
-    return {number(hash_numbers(0, name)), number(hash_numbers(1, surface))};
-}
-
-/// Refuses a mesh that is another one than that of the checkpoint, though its file has the same name. A fluid has no
-/// branches, so obstacles are those of the checkpoint. Returns the numbers behind those of meshes.
-std::span<const double> after_meshes(std::span<const double> numbers, const std::vector<Obstacle>& obstacles) {
-    for (const Obstacle& o : obstacles) {
-        if (!o.mesh) continue;
-        if (numbers.size() < mesh_record)
-            throw IoError("the fluid of a checkpoint differs from the fluid of the scene");
-        const auto own = record_of(o);
-        if (numbers[0] == own[0] && numbers[1] != own[1])
-            throw InputError(
-                fmt::format("{}: obstacle '{}': its mesh '{}' has changed since the checkpoint: a run "
-                            "continues with the mesh that it began with; put that file back, or begin again in "
-                            "another directory",
-                            o.source, o.name, o.file));
-        numbers = numbers.subspan(mesh_record);
-    }
-    return numbers;
-}
-
 std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts, const FluidPlan& plan) {
     if (const std::string fault = unshared(plan.constants, parts.comm.size()); !fault.empty())
         throw InputError(plan.ranks_across_at.empty() ? fault : plan.ranks_across_at + ": 'ranks_across': " + fault);
@@ -111,8 +79,8 @@ std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts, const Fluid
 
 FluidInteraction::FluidInteraction(const InteractionParts& parts, const FluidPlan& plan)
     : comm_(parts.comm), threads_(parts.threads), plan_(plan),
-      schedule_(plan_.every, shares_of(plan_.constants.scheme)), flow_(make_flow(parts, plan)), groups_(parts.groups),
-      automatic_dt_(parts.plan.automatic_dt), lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
+      schedule_(plan_.every, shares_of(plan_.constants.scheme)), meshes_(plan_.obstacles), flow_(make_flow(parts, plan)),
+      groups_(parts.groups), automatic_dt_(parts.plan.automatic_dt), lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
     const FluidGrid& grid = plan_.constants.grid;
     std::unique_ptr<ImmersedRods> rods;
     if (!groups_.empty()) rods = std::make_unique<ImmersedRods>(groups_, parts.rods, plan_.kinds);
@@ -477,16 +445,9 @@ std::vector<Figure> FluidInteraction::figures(const Sample&) const {
 SavedNumbers FluidInteraction::saved() const {
     WholeState state(comm_, *flow_);
     std::vector<double> numbers{static_cast<double>(steps_), flow_->time(), bodies_ ? slip() : 0, last_length_};
-    for (const Obstacle& o : plan_.obstacles)
-        if (o.mesh) {
-            const auto of_mesh = record_of(o);
-            numbers.insert(numbers.end(), of_mesh.begin(), of_mesh.end());
-        }
-    if (plan_.follows_rods) {
-        numbers.push_back(static_cast<double>(moved_));
-        numbers.push_back(middle_at_start_.value_or(0));
-    }
     const auto keep = [&](const std::vector<double>& more) { numbers.insert(numbers.end(), more.begin(), more.end()); };
+    keep(meshes_.saved());
+    if (plan_.follows_rods) keep({static_cast<double>(moved_), middle_at_start_.value_or(0)});
     if (bodies_ && bodies_->balance()) keep(bodies_->balance()->saved(comm_));
     if (bodies_) keep(bodies_->saved_held());                  // empty where nothing is held
     const PressureInTime& pressure = pressure_in_time(*flow_); // last: programs before it did not know it
@@ -518,7 +479,7 @@ SavedNumbers FluidInteraction::saved() const {
 void FluidInteraction::restore(const SavedNumbers& kept) {
     constexpr std::size_t of_clock = 4; // steps, time, slip and length of the last step
     if (kept.numbers.size() < of_clock) throw IoError("the fluid of a checkpoint differs from the fluid of the scene");
-    auto more = after_meshes(std::span(kept.numbers).subspan(of_clock), plan_.obstacles);
+    auto more = meshes_.after(std::span(kept.numbers).subspan(of_clock));
     WholeState state(comm_, *flow_);
     const PlaneExchange exchange(comm_, plan_.constants.grid, flow_->pencils(), 0);
     std::vector<double> gain;

@@ -5,6 +5,7 @@
 #include "fluid/flow.hpp"
 #include "immersion/immersion.hpp"
 #include "physics/fluid/fluid_plan.hpp"
+#include "physics/fluid/mesh_records.hpp"
 #include "time/coupling_schedule.hpp"
 
 #include <limits>
@@ -107,6 +108,7 @@ private:
     const Threads& threads_;
     const FluidPlan& plan_;
     CouplingSchedule schedule_; ///< steps of the fluid, in steps of rods
+    MeshRecords meshes_;
     std::unique_ptr<FlowSolver> flow_;
     std::span<const RodGroup> groups_;
     std::unique_ptr<Immersion> bodies_;         ///< null where there are none
