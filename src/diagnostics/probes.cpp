@@ -12,7 +12,7 @@ namespace skein {
 
 namespace {
 
-constexpr std::string_view units[] = {"m", "m/s", "-", "rad/s", "-", "1/m"};
+constexpr std::string_view units[] = {"m", "m/s", "-", "rad/s", "-", "1/m", "N", "N m"};
 
 /// Exact at both ends.
 template <class T> T between(const T& first, const T& second, double share) {
@@ -51,6 +51,9 @@ Vec3d of_rod(ProbeQuantity quantity, const RodCopy& rod, const ProbePlace& at) {
         return {between(rod.profile[k].strain, rod.profile[k + 1].strain, at.share), 0, 0};
     case ProbeQuantity::curvature:
         return {between(rod.profile[k].curvature, rod.profile[k + 1].curvature, at.share), 0, 0};
+    case ProbeQuantity::fluid_force:
+    case ProbeQuantity::fluid_couple:
+        break;
     }
     return {};
 }
@@ -88,21 +91,23 @@ void ProbeSpec::fields(FieldVisitor& f) {
     f.visit({.name = "at",
              .unit = "-",
              .text = "place on a rod over its length at rest, 0 at the start; unused for a body, whose centre of mass "
-                     "is meant",
+                     "is meant, and for forces and couples of the fluid, which are of a whole rod",
              .at_least = 0,
              .at_most = 1},
             at);
     f.choice({.name = "quantity",
               .unit = "",
               .text = "position [m], velocity [m/s], direction (d3 of the element; of a body the principal axis whose "
-                      "1/J differs most from the others'), spin [rad/s]: columns "
-                      "<name>_x, _y, _z; strain of the axis, curvature [1/m]: one column <name>"},
+                      "1/J differs most from the others'), spin [rad/s], fluid_force [N], fluid_couple [N m] (of the "
+                      "fluid on the rod or body; about its start, or the centre of mass): columns <name>_x, _y, _z; "
+                      "strain of the axis, curvature [1/m]: one column <name>"},
              quantity, probe_quantity_names);
 }
 
 std::vector<std::string> probe_names(std::span<const ProbeSpec> probes) {
     std::vector<std::string> names;
     for (const ProbeSpec& probe : probes) {
+        if (probe.of_fluid()) continue;
         const std::string_view unit = nth(units, probe.quantity);
         if (probe.strained()) names.push_back(fmt::format("{}[{}]", probe.name, unit));
         else
@@ -116,6 +121,7 @@ std::vector<double> probe_values(const Communicator& comm, std::span<const RodGr
     if (probes.empty()) return {};
     std::vector<std::vector<double>> columns; // one term each, on the rank that owns the rod
     for (const ProbeSpec& probe : probes) {
+        if (probe.of_fluid()) continue;
         const std::size_t first = columns.size();
         columns.resize(first + (probe.strained() ? 1 : 3));
         const Copy copy = probe.strained() ? Copy::strained : Copy::frames;

@@ -13,9 +13,9 @@
 
 namespace skein {
 
-enum class ProbeQuantity { position, velocity, direction, spin, strain, curvature };
-inline constexpr std::string_view probe_quantity_names[] = {"position", "velocity", "direction",
-                                                            "spin",     "strain",   "curvature"};
+enum class ProbeQuantity { position, velocity, direction, spin, strain, curvature, fluid_force, fluid_couple };
+inline constexpr std::string_view probe_quantity_names[] = {"position", "velocity",  "direction",   "spin",
+                                                            "strain",   "curvature", "fluid_force", "fluid_couple"};
 
 /// [[probe]]
 struct ProbeSpec {
@@ -31,6 +31,8 @@ struct ProbeSpec {
     void fields(FieldVisitor& f);
     /// True for quantities of the strained axis, which bodies do not have.
     bool strained() const { return quantity == ProbeQuantity::strain || quantity == ProbeQuantity::curvature; }
+    /// True for quantities of a whole rod or body that the fluid has: FluidPlan::load_columns.
+    bool of_fluid() const { return quantity == ProbeQuantity::fluid_force || quantity == ProbeQuantity::fluid_couple; }
 };
 
 /// Place of a probe on a rod: an element, and the share of it that lies before.
@@ -41,7 +43,7 @@ struct ProbePlace {
 /// `at`: over the length of the rod at rest.
 ProbePlace probe_place(const RodGroup& rod, double at);
 
-/// Columns with units, in the order of probe_values().
+/// Columns with units, in the order of probe_values(), without quantities of the fluid.
 std::vector<std::string> probe_names(std::span<const ProbeSpec> probes);
 
 /// Values of the state, to which `lag` [s] drifts copies. Collective.

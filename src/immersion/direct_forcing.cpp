@@ -73,6 +73,26 @@ void DirectForcing::add_given(const std::vector<Vec3d>& changes) {
     const std::vector<double> sums = exact_sums(comm_, threads_, table);
     for (std::size_t b = 0; b < given_.size(); ++b)
         given_[b] += cell_volume * Vec3d{sums[3 * b], sums[3 * b + 1], sums[3 * b + 2]};
+    if (!given_by_part_.empty()) add_given_by_parts(changes);
+}
+
+void DirectForcing::add_given_by_parts(const std::vector<Vec3d>& changes) {
+    constexpr std::size_t columns = 6;
+    std::vector<double> terms;
+    std::vector<std::uint32_t> of;
+    for (std::size_t m = 0; m < changes.size(); ++m) {
+        if (markers_.part[m] == Markers::no_part) continue;
+        const Vec3d &change = changes[m], moment = cross(markers_.arm[m], change);
+        terms.insert(terms.end(), {change.x, change.y, change.z, moment.x, moment.y, moment.z});
+        of.push_back(markers_.part[m]);
+    }
+    const std::vector<double> sums =
+        exact_sums(comm_, threads_, {terms.data(), of.size(), columns, columns, given_by_part_.size(), of.data()});
+    const double cell_volume = grid_.h * grid_.h * grid_.h;
+    for (std::size_t p = 0; p < given_by_part_.size(); ++p) {
+        const double* const sum = &sums[columns * p];
+        given_by_part_[p] += {cell_volume * Vec3d{sum[0], sum[1], sum[2]}, cell_volume * Vec3d{sum[3], sum[4], sum[5]}};
+    }
 }
 
 void DirectForcing::restore_held(std::span<const double> saved) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
+#include "immersion/given_momentum.hpp"
 #include "immersion/held_forcing.hpp"
 #include "immersion/held_vectors.hpp"
 #include "immersion/marker_planes.hpp"
@@ -58,7 +59,17 @@ public:
 
     /// Momentum over density that each body has given the fluid since reset_given(), m^4/s. All ranks have all bodies.
     const std::vector<Vec3d>& given() const { return given_; }
-    void reset_given() { std::fill(given_.begin(), given_.end(), Vec3d{0, 0, 0}); }
+    /// The same of parts of bodies, with moments about their origins: Markers::part, Markers::arm.
+    const std::vector<GivenMomentum>& given_by_part() const { return given_by_part_; }
+    /// Sets the number of parts, which `place` numbers.
+    void set_parts(std::size_t parts) {
+        given_by_part_.resize(parts);
+        markers_.has_parts = parts > 0;
+    }
+    void reset_given() {
+        std::fill(given_.begin(), given_.end(), Vec3d{0, 0, 0});
+        std::fill(given_by_part_.begin(), given_by_part_.end(), GivenMomentum{});
+    }
     /// Largest slip of any rank after the last step, before its projection, m/s.
     double slip() const { return largest_slip_; }
     /// Wall time at markers since the last call, without implicit viscosity, s.
@@ -95,6 +106,7 @@ private:
     void measure_slip(const FlowStage& stage);
     /// Adds the changes of a stage to the momentum given by bodies. Collective.
     void add_given(const std::vector<Vec3d>& changes);
+    void add_given_by_parts(const std::vector<Vec3d>& changes);
 
     Communicator comm_;
     const Threads& threads_;
@@ -107,11 +119,12 @@ private:
     /// Weight of a marker by component: its share over the change that a change of 1 at all markers makes at it. It is
     /// 0 beyond walls, where there is no fluid.
     std::vector<Vec3d> weight_;
-    std::vector<Vec3d> velocity_;            ///< velocity of the fluid at markers, m/s
-    std::vector<Vec3d> slip_;                ///< marker's velocity minus the fluid's, m/s
-    std::vector<Vec3d> changes_;             ///< by marker, m/s; pushes of implicit stages
-    std::vector<Vec3d> response_;            ///< by marker, m/s
-    std::vector<Vec3d> given_;               ///< by body, m^4/s
+    std::vector<Vec3d> velocity_; ///< velocity of the fluid at markers, m/s
+    std::vector<Vec3d> slip_;     ///< marker's velocity minus the fluid's, m/s
+    std::vector<Vec3d> changes_;  ///< by marker, m/s; pushes of implicit stages
+    std::vector<Vec3d> response_; ///< by marker, m/s
+    std::vector<Vec3d> given_;    ///< by body, m^4/s
+    std::vector<GivenMomentum> given_by_part_;
     HeldVectors held_;                       ///< forces of implicit stages, or lengths of springs
     double largest_slip_ = 0, stage_dt_ = 0; ///< m/s; s
     double seconds_ = 0;                     ///< wall time since take_seconds()

@@ -2,14 +2,15 @@
 
 #include "skein/core/index.hpp"
 
+#include <map>
 #include <numeric>
 #include <utility>
 
 namespace skein {
 
 ImmersedRods::ImmersedRods(std::span<const RodGroup> groups, const Rods& rods,
-                           std::shared_ptr<const ImmersedKinds> kinds)
-    : groups_(groups), rods_(&rods), kinds_(std::move(kinds)) {
+                           std::shared_ptr<const ImmersedKinds> kinds, std::vector<RodNumber> single)
+    : groups_(groups), rods_(&rods), kinds_(std::move(kinds)), single_(std::move(single)) {
     std::int64_t first = 0;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
         const RodGroup& group = groups_[g];
@@ -41,9 +42,24 @@ void ImmersedRods::rebind(const Rods& rods) {
         constants_.push_back(&group.kind(rod.index));
         kind_.push_back(&kinds_->of(group, rod.index));
         before_.push_back(before_.back() + kind_.back()->markers.size());
-        const OfScene own{to_index(rod.group), rod.index};
-        const auto found = std::lower_bound(sharp_.begin(), sharp_.end(), own);
-        sharp_number_.push_back(found != sharp_.end() && *found == own ? found - sharp_.begin() : -1);
+        sharp_number_.push_back(sharp_number(RodNumber{to_index(rod.group), rod.index}));
+    }
+    number_single();
+}
+
+std::int64_t ImmersedRods::sharp_number(const RodNumber& rod) const {
+    const auto found = std::lower_bound(sharp_.begin(), sharp_.end(), rod);
+    return found != sharp_.end() && *found == rod ? found - sharp_.begin() : -1;
+}
+
+void ImmersedRods::number_single() {
+    single_number_.clear();
+    if (single_.empty()) return;
+    std::map<RodNumber, std::uint32_t> number;
+    for (std::size_t s = 0; s < single_.size(); ++s) number.emplace(single_[s], static_cast<std::uint32_t>(s));
+    for (const LocalRod& rod : rods_->local()) {
+        const auto found = number.find(RodNumber{to_index(rod.group), rod.index});
+        single_number_.push_back(found == number.end() ? Markers::no_part : found->second);
     }
 }
 
@@ -52,7 +68,18 @@ SweptSurface ImmersedRods::swept_surface_of(std::size_t sharp, const FluidGrid& 
     return swept_surface(constants_of_sharp(sharp), grid, kinds_->of(groups_[group], index).sharp_shares);
 }
 
-void ImmersedRods::place(double lag, std::uint32_t first_body, std::int64_t first_identity, Markers& markers) const {
+void ImmersedRods::place_arms(std::size_t i, const RodCopy& rod, std::size_t first, double ahead,
+                              std::uint32_t first_part, Markers& markers) const {
+    if (single_number_[i] == Markers::no_part) return;
+    const Vec3d origin = lane(rod.state[0].position, 0), velocity = lane(rod.state[0].velocity, 0);
+    for (std::size_t at = first; at < first + kind_[i]->markers.size(); ++at) {
+        markers.part[at] = first_part + single_number_[i];
+        markers.arm[at] = markers.place[at] - origin + ahead * (markers.velocity[at] - velocity);
+    }
+}
+
+void ImmersedRods::place(double lag, double ahead, std::uint32_t first_body, std::int64_t first_identity,
+                         Markers& markers) const {
     const std::size_t others = markers.count();
     markers.resize(others + before_.back());
     if (has_parts_) markers.share.resize(markers.count(), 1);
@@ -71,6 +98,7 @@ void ImmersedRods::place(double lag, std::uint32_t first_body, std::int64_t firs
             markers.body[at] = first_body + static_cast<std::uint32_t>(own.group);
             if (has_parts_) markers.share[at] = marker.share;
         });
+        if (markers.has_parts && !single_.empty()) place_arms(i, rod, others + before_[i], ahead, first_body, markers);
     });
 }
 

@@ -14,9 +14,19 @@
 
 namespace skein {
 
+/// A rod or body of the scene.
+struct RodNumber {
+    std::size_t group = 0;
+    std::int64_t index = 0; ///< in its group
+
+    auto operator<=>(const RodNumber&) const = default;
+};
+
 class ImmersedRods {
 public:
-    ImmersedRods(std::span<const RodGroup> groups, const Rods& rods, std::shared_ptr<const ImmersedKinds> kinds);
+    /// `single`: rods and bodies whose loads are summed alone.
+    ImmersedRods(std::span<const RodGroup> groups, const Rods& rods, std::shared_ptr<const ImmersedKinds> kinds,
+                 std::vector<RodNumber> single = {});
     /// Takes the rods that this rank owns from now on.
     void rebind(const Rods& rods);
 
@@ -40,8 +50,13 @@ public:
     SweptSurface swept_surface_of(std::size_t sharp, const FluidGrid& grid) const;
     /// Number of local()[i] among the bodies with sharp surfaces; -1: it is none.
     std::int64_t sharp_number(std::size_t i) const { return sharp_number_[i]; }
-    /// Appends markers of rods as they are now; positions lag behind rates by `lag` [s].
-    void place(double lag, std::uint32_t first_body, std::int64_t first_identity, Markers& markers) const;
+    /// The same of any rod or body of the scene.
+    std::int64_t sharp_number(const RodNumber& rod) const;
+    const std::vector<RodNumber>& single() const { return single_; }
+    /// Appends markers of rods as they are now; positions lag behind rates by `lag` [s]. Parts of rods of single() have
+    /// the numbers from `first_body` on. Arms are those after `ahead` [s], from the first node of a rod or the centre
+    /// of mass of a body.
+    void place(double lag, double ahead, std::uint32_t first_body, std::int64_t first_identity, Markers& markers) const;
     /// Calls f(m, marker) for the markers of local()[i], m being their number among count().
     template <class F> void for_markers(std::size_t i, F&& f) const {
         const std::vector<RodMarker>& on_rod = kind_[i]->markers;
@@ -74,6 +89,12 @@ public:
     void read(double lag, const RodReader& reader) const { rods_->read(all_, Copy::frames, lag, reader); }
 
 private:
+    /// Finds the numbers of own rods in single_.
+    void number_single();
+    /// Sets parts and arms of the markers of local()[i], of which `first` is the first one.
+    void place_arms(std::size_t i, const RodCopy& rod, std::size_t first, double ahead, std::uint32_t first_part,
+                    Markers& markers) const;
+
     std::span<const RodGroup> groups_;
     const Rods* rods_;
     std::shared_ptr<const ImmersedKinds> kinds_;
@@ -86,20 +107,15 @@ private:
         std::int64_t of_rod(std::int64_t i) const { return first + (before.empty() ? i * of_each : nth(before, i)); }
     };
     std::vector<OfGroup> groups_in_scene_;
-    /// Rod or body of the scene.
-    struct OfScene {
-        std::size_t group;
-        std::int64_t index;
-
-        auto operator<=>(const OfScene&) const = default;
-    };
-    std::vector<OfScene> sharp_; ///< those with sharp surfaces, in their order
+    std::vector<RodNumber> sharp_; ///< those with sharp surfaces, in their order
     bool has_markers_ = false, has_sharp_rods_ = false, has_parts_ = false;
     std::vector<std::size_t> all_;                 ///< numbers of own rods
     std::vector<std::size_t> before_;              ///< by own rod: markers of own rods before it
     std::vector<const RodGroup*> constants_;       ///< by own rod
     std::vector<const ImmersedKinds::Kind*> kind_; ///< by own rod
     std::vector<std::int64_t> sharp_number_;       ///< by own rod
+    std::vector<RodNumber> single_;
+    std::vector<std::uint32_t> single_number_; ///< by own rod, or Markers::no_part; empty without single_
 };
 
 } // namespace skein

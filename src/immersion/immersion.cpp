@@ -31,10 +31,17 @@ InnerFlow inner_flow(const Obstacle& obstacle, const Solid& solid, double time) 
             solid.volume * (transpose_times(axes, solid.inertia * own + about_centre * own) + cross(arm, v))};
 }
 
-SharpBody sharp_body(const Obstacle& obstacle) {
+/// Point about which the couple on an obstacle is taken, m: of a cylinder the middle of its axis in the box.
+Vec3d origin_at(const Obstacle& obstacle, const FluidGrid& grid, double time) {
+    Vec3d at = obstacle.place_at(time);
+    if (obstacle.kind == ObstacleKind::cylinder) at.z = 0.5 * (grid.lower.z + grid.upper().z);
+    return at;
+}
+
+SharpBody sharp_body(const Obstacle& obstacle, const FluidGrid& grid) {
     return {.surface = obstacle.shape(),
-            .motion = [obstacle](double time) -> BodyMotion {
-                return {obstacle.place_at(time), obstacle.velocity_at(time), obstacle.angular_velocity,
+            .motion = [obstacle, grid](double time) -> BodyMotion {
+                return {origin_at(obstacle, grid, time), obstacle.velocity_at(time), obstacle.angular_velocity,
                         obstacle.axes_at(time)};
             },
             .moves = obstacle.moves()};
@@ -100,7 +107,7 @@ Immersion::Immersion(const Communicator& comm, const Threads& threads, const Flu
         about_centre_.emplace_back();
         if (obstacles_[o].is_sharp()) {
             sharp_.push_back(o);
-            sharp.push_back(sharp_body(obstacles_[o]));
+            sharp.push_back(sharp_body(obstacles_[o], grid_));
         } else about_centre_.back() = obstacles_[o].markers(grid_);
         obstacle_markers_ += static_cast<std::int64_t>(about_centre_.back().size());
     }
@@ -110,6 +117,7 @@ Immersion::Immersion(const Communicator& comm, const Threads& threads, const Flu
             sharp.back().surface = std::make_unique<PartsSurface>(*body);
         else sharp.back().swept = std::make_unique<SweptSurface>(rods_->swept_surface_of(b, grid_));
     }
+    set_parts();
     if (sharp.empty()) return;
     surfaces_.emplace(comm, threads, grid, numbers.kinematic_viscosity, std::move(sharp), across);
     all_ = std::make_unique<AllBodies>(*this);
@@ -117,11 +125,17 @@ Immersion::Immersion(const Communicator& comm, const Threads& threads, const Flu
     take_motions();
 }
 
+void Immersion::set_parts() {
+    const bool on_markers = rods_ && rods_->has_markers() && !rods_->single().empty();
+    if (sharp_.size() == obstacles_.size() && !on_markers) return;
+    forcing_.set_parts(obstacles_.size() + (rods_ ? rods_->single().size() : 0));
+}
+
 void Immersion::place(double time, Markers& markers) const {
     place_obstacles(time, markers);
     if (!rods_) return;
     const std::size_t others = markers.count();
-    rods_->place(lag_, static_cast<std::uint32_t>(obstacles_.size()), obstacle_markers_, markers);
+    rods_->place(lag_, ahead_, static_cast<std::uint32_t>(obstacles_.size()), obstacle_markers_, markers);
     for (std::size_t m = others; m < markers.count(); ++m) {
         markers.place[m] += ahead_ * markers.velocity[m];
         markers.place[m] -= box_shift_;
@@ -229,8 +243,7 @@ void Immersion::end_stage(double density) {
     balance_->end_stage(
         of_rods(forcing_.changes()),
         [&](std::size_t i) -> ForceBalance::GivenBySurface {
-            const SharpForcing::Given& given =
-                surfaces_->given_in_stage(sharp_.size() + to_index(rods_->sharp_number(i)));
+            const GivenMomentum& given = surfaces_->given_in_stage(sharp_.size() + to_index(rods_->sharp_number(i)));
             return {density * given.linear, density * given.angular};
         },
         [&](std::size_t i) { return surfaces_->given_by_rod(sharp_.size() + to_index(rods_->sharp_number(i))); });
@@ -250,6 +263,7 @@ void Immersion::place_obstacles(double time, Markers& markers) const {
         if (obstacles_[o].kind == ObstacleKind::cylinder) centre.z = 0;
         const Vec3d velocity = obstacles_[o].velocity_at(time), spin = obstacles_[o].angular_velocity;
         const bool turns = obstacles_[o].turns();
+        const Vec3d origin = origin_at(obstacles_[o], grid_, time);
         const Mat3d at_start = obstacles_[o].axes_at(0), now = obstacles_[o].axes_at(time);
         for (const Vec3d& of_start : about_centre_[o]) {
             const Vec3d at = turns ? transpose_times(now, at_start * of_start) : of_start, place = centre + at;
@@ -259,6 +273,9 @@ void Immersion::place_obstacles(double time, Markers& markers) const {
             markers.velocity.push_back(turns ? velocity + cross(spin, at) : velocity);
             markers.identity.push_back(own);
             markers.body.push_back(static_cast<std::uint32_t>(o));
+            if (!markers.has_parts) continue;
+            markers.part.push_back(static_cast<std::uint32_t>(o));
+            markers.arm.push_back(place - origin);
         }
     }
 }
@@ -282,14 +299,14 @@ void Immersion::restore_held(std::span<const double> saved) {
     if (surfaces_) surfaces_->restore_held(of_surfaces);
 }
 
-const SharpForcing::Given* Immersion::given_by_sharp(std::size_t obstacle) const {
+const GivenMomentum* Immersion::given_by_sharp(std::size_t obstacle) const {
     const auto sharp = std::find(sharp_.begin(), sharp_.end(), obstacle);
     if (sharp == sharp_.end()) return nullptr;
     return &surfaces_->given()[static_cast<std::size_t>(sharp - sharp_.begin())];
 }
 
 Vec3d Immersion::given_by_obstacle(std::size_t obstacle) const {
-    const SharpForcing::Given* const given = given_by_sharp(obstacle);
+    const GivenMomentum* const given = given_by_sharp(obstacle);
     return given ? given->linear : forcing_.given()[obstacle];
 }
 
@@ -302,9 +319,9 @@ Vec3d Immersion::force_on_obstacle(std::size_t obstacle, double density, double 
     return (density / (time - from_)) * (inside - given_by_obstacle(obstacle));
 }
 
-std::optional<Vec3d> Immersion::couple_on_obstacle(std::size_t obstacle, double density, double time) const {
-    const SharpForcing::Given* const given = given_by_sharp(obstacle);
-    if (!given) return std::nullopt;
+Vec3d Immersion::couple_on_obstacle(std::size_t obstacle, double density, double time) const {
+    const GivenMomentum* const sharp = given_by_sharp(obstacle);
+    const GivenMomentum& given = sharp ? *sharp : forcing_.given_by_part()[obstacle];
     if (!(time > from_)) return Vec3d{0, 0, 0};
     const Obstacle& o = obstacles_[obstacle];
     const Solid solid = o.solid(grid_);
@@ -315,7 +332,7 @@ std::optional<Vec3d> Immersion::couple_on_obstacle(std::size_t obstacle, double 
         const double at = from_ + (time - from_) * (p + 0.5) / parts;
         inside += ((time - from_) / parts) * cross(o.velocity_at(at), inner_flow(o, solid, at).linear);
     }
-    return (density / (time - from_)) * (inside - given->angular);
+    return (density / (time - from_)) * (inside - given.angular);
 }
 
 Vec3d Immersion::force_on_rods(std::size_t group, double density, double time) const {
@@ -324,6 +341,16 @@ Vec3d Immersion::force_on_rods(std::size_t group, double density, double time) c
     for (std::size_t b = 0; b < rods_->sharp_bodies(); ++b)
         if (rods_->group_number_of_sharp(b) == group) given += surfaces_->given()[sharp_.size() + b].linear;
     return (-density / (time - from_)) * given;
+}
+
+Immersion::MeanLoad Immersion::load_on_single(std::size_t single, double density, double time) const {
+    if (!(time > from_)) return {};
+    GivenMomentum given;
+    if (!forcing_.given_by_part().empty()) given += forcing_.given_by_part()[obstacles_.size() + single];
+    if (const std::int64_t sharp = rods_->sharp_number(rods_->single()[single]); sharp >= 0)
+        given += surfaces_->given()[sharp_.size() + to_index(sharp)];
+    const double per_time = -density / (time - from_);
+    return {per_time * given.linear, per_time * given.angular};
 }
 
 } // namespace skein

@@ -71,10 +71,16 @@ public:
     Vec3d given_by_obstacle(std::size_t obstacle) const;
     /// Mean force on an obstacle since the last begin_interval(), N, by a fluid of this density.
     Vec3d force_on_obstacle(std::size_t obstacle, double density, double time) const;
-    /// Mean couple on an obstacle with a sharp surface about its centre, N m; none with markers.
-    std::optional<Vec3d> couple_on_obstacle(std::size_t obstacle, double density, double time) const;
+    /// Mean couple on an obstacle about its centre, N m.
+    Vec3d couple_on_obstacle(std::size_t obstacle, double density, double time) const;
     /// Mean force on the rods of a group, N. It includes the force that moves the fluid within their surfaces.
     Vec3d force_on_rods(std::size_t group, double density, double time) const;
+    /// The same force on a single rod or body, by its number in ImmersedRods::single(), and its couple about the first
+    /// node or the centre of mass.
+    struct MeanLoad {
+        Vec3d force{0, 0, 0}, couple{0, 0, 0}; ///< N, N m
+    };
+    MeanLoad load_on_single(std::size_t single, double density, double time) const;
     void begin_interval(double time) {
         forcing_.reset_given();
         if (surfaces_) surfaces_->reset_given();
@@ -90,8 +96,10 @@ private:
     class AllBodies;
     void place(double time, Markers& markers) const;
     /// Null with markers.
-    const SharpForcing::Given* given_by_sharp(std::size_t obstacle) const;
+    const GivenMomentum* given_by_sharp(std::size_t obstacle) const;
     void place_obstacles(double time, Markers& markers) const;
+    /// Sets the parts of bodies whose loads the forcing sums alone: obstacles, and after them rods of single().
+    void set_parts();
     bool has_sharp_bodies() const { return rods_ && rods_->sharp_bodies() > 0; }
     /// Motion of a body with a sharp surface; of a rod with the place of its first node.
     struct SharpMotion {

@@ -10,10 +10,15 @@ namespace skein {
 
 /// Markers of this rank.
 struct Markers {
+    static constexpr std::uint32_t no_part = 0xffffffff;
+
     std::vector<Vec3d> place, velocity; ///< m, m/s, lab
     std::vector<std::int64_t> identity; ///< number among markers of all ranks, which orders sums
     std::vector<std::uint32_t> body;
     std::vector<double> share; ///< of the action there, whose rest a sharp surface has; empty: all have all of it
+    bool has_parts = false;
+    std::vector<std::uint32_t> part; ///< with parts: that whose load is summed alone, or no_part
+    std::vector<Vec3d> arm;          ///< with parts: place from the origin of the part, m
 
     std::size_t count() const { return place.size(); }
     void resize(std::size_t n) {
@@ -21,6 +26,9 @@ struct Markers {
         velocity.resize(n);
         identity.resize(n);
         body.resize(n);
+        if (!has_parts) return;
+        part.resize(n, no_part);
+        arm.resize(n);
     }
     void clear() {
         place.clear();
@@ -28,6 +36,8 @@ struct Markers {
         identity.clear();
         body.clear();
         share.clear();
+        part.clear();
+        arm.clear();
     }
 };
 

@@ -282,7 +282,8 @@ void SharpForcing::add_given(const std::vector<std::vector<RowSum>>& of_planes) 
     const std::vector<double> all =
         exact_sums(comm_, threads_, {changes.data(), of.size(), columns, columns, 3 * of_piece_.size(), of.data()});
     const double cell_volume = h_ * h_ * h_;
-    for (std::size_t b = 0; b < given_.size(); ++b)
+    for (std::size_t b = 0; b < given_.size(); ++b) {
+        const SweptSurface* const rod = nodes_.swept(b);
         for (std::size_t p = nodes_.first_piece(b); p < nodes_.first_piece(b + 1); ++p) {
             GivenByElement& here = of_piece_[p] = {};
             for (int c = 0; c < 3; ++c) {
@@ -291,9 +292,16 @@ void SharpForcing::add_given(const std::vector<std::vector<RowSum>>& of_planes) 
                 here.whole.angular += cell_volume * Vec3d{sum[1], sum[2], sum[3]};
                 here.at_end += cell_volume * along(c, sum[4]);
             }
-            given_[b].linear += here.whole.linear;
-            given_[b].angular += here.whole.angular;
+            given_[b] += rod ? about_first_node(here, *rod, p - nodes_.first_piece(b)) : here.whole;
         }
+    }
+}
+
+GivenMomentum SharpForcing::about_first_node(const GivenByElement& given, const SweptSurface& rod,
+                                             std::size_t element) {
+    const auto& [whole, at_end] = given;
+    return {whole.linear,
+            whole.angular + cross(rod.node(element), whole.linear - at_end) + cross(rod.node(element + 1), at_end)};
 }
 
 std::vector<RigidMotion> SharpForcing::inner_motions(double time, const std::array<const double*, 3>& velocity) {

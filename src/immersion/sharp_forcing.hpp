@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
+#include "immersion/given_momentum.hpp"
 #include "immersion/held_forcing.hpp"
 #include "immersion/held_vectors.hpp"
 #include "immersion/rigid_fit.hpp"
@@ -39,18 +40,14 @@ public:
     void restore_held(std::span<const double> saved);
     bool changed(int plane) const { return nodes_.reaches(plane); }
 
-    /// Momentum over density that a body gives the fluid, m^4/s, and moment of it about the body's origin, m^5/s.
-    struct Given {
-        Vec3d linear{0, 0, 0}, angular{0, 0, 0};
-    };
-    /// Since reset_given(), without moments of rods. All ranks have all bodies.
-    const std::vector<Given>& given() const { return given_; }
-    void reset_given() { std::fill(given_.begin(), given_.end(), Given{}); }
+    /// Since reset_given(); moments of rods are about their first nodes. All ranks have all bodies.
+    const std::vector<GivenMomentum>& given() const { return given_; }
+    void reset_given() { std::fill(given_.begin(), given_.end(), GivenMomentum{}); }
     /// In the last stage.
-    const Given& given_in_stage(std::size_t body) const { return of_piece_[nodes_.first_piece(body)].whole; }
+    const GivenMomentum& given_in_stage(std::size_t body) const { return of_piece_[nodes_.first_piece(body)].whole; }
     /// In the last stage, by an element of a rod: `whole` with its moment about the axis, and the part at its end.
     struct GivenByElement {
-        Given whole;
+        GivenMomentum whole;
         Vec3d at_end{0, 0, 0};
     };
     std::span<const GivenByElement> given_by_rod(std::size_t body) const {
@@ -116,6 +113,8 @@ private:
     void act_on(std::span<const SharpNode> nodes, const FlowStage& stage, std::vector<RowSum>& sums) const;
     /// Adds the changes of all rows to the momentum given by bodies. Collective.
     void add_given(const std::vector<std::vector<RowSum>>& of_planes);
+    /// The same about the first node, of an element of a rod.
+    static GivenMomentum about_first_node(const GivenByElement& given, const SweptSurface& rod, std::size_t element);
 
     /// Sum of (139) over a body and the neighbours of a node in a field, m/s.
     double pull_of(const SharpNode& node, const std::array<double*, 3>& fields) const;
@@ -133,7 +132,7 @@ private:
     Slab rows_, planes_; ///< of this rank
     FieldLayout layout_;
     SharpNodes nodes_;
-    std::vector<Given> given_;             ///< by body
+    std::vector<GivenMomentum> given_;     ///< by body
     std::vector<GivenByElement> of_piece_; ///< in the last stage
     std::vector<Response> response_of_piece_;
     std::vector<SharpNode> list_;                ///< all nodes of this rank, in implicit stages

@@ -76,7 +76,8 @@ public:
     std::size_t pieces() const { return first_piece_.back(); }
     std::size_t first_piece(std::size_t body) const { return first_piece_[body]; }
     /// Surface of the rod of a node; null: it belongs to a rigid body.
-    const SweptSurface* swept(const SharpNode& node) const { return bodies_[node.body].swept.get(); }
+    const SweptSurface* swept(const SharpNode& node) const { return swept(node.body); }
+    const SweptSurface* swept(std::size_t body) const { return bodies_[body].swept.get(); }
     /// Puts bodies to their places at the end of a stage of this length, s. Not collective.
     void settle(double time, double length);
     /// Calls body(nodes) for the lists of nodes of a plane of this rank.

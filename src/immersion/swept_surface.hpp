@@ -68,6 +68,8 @@ public:
     Vec3d velocity(const Foot& foot) const { return velocity_of(now_, foot); }
     Vec3d velocity_before(const Foot& foot) const { return velocity_of(before_, foot); }
     const Mat3d& frame(std::size_t element) const { return now_.frame[element]; }
+    /// Place of a node from the first one, m.
+    const Vec3d& node(std::size_t number) const { return now_.node[number]; }
     /// Corners of a box that holds what acts, m, from the first node; infinite where it spans the box.
     const Vec3d& lower() const { return lower_; }
     const Vec3d& upper() const { return upper_; }

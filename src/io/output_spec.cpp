@@ -30,6 +30,11 @@ void OutputSpec::fields(FieldVisitor& f) {
          .text =
              "additional observables of the series: any of \"angular_momentum\", \"curvature\", \"knots\", \"order\""},
         observables);
+    f.visit({.name = "fluid_forces",
+             .unit = "",
+             .text = "groups, e.g. [\"fish\"]: each of their rods and bodies gets six columns of the series, the mean "
+                     "force and couple of the fluid on it; at most 1000 rods and bodies"},
+            fluid_forces);
     f.visit({.name = "audit",
              .unit = "",
              .text = "true: adds an energy audit to the series: work of loads and moving walls, dissipation, and the "

@@ -29,19 +29,20 @@ struct OutputSpec {
     bool directors = true; ///< trajectory holds directors too
     Precision precision = Precision::single;
     ParaView paraview = ParaView::automatic;
-    double tips = 0;                      ///< last node of every rod, into HDF5
-    bool both_ends = false;               ///< and the first one
-    double series = 0;                    ///< observables.csv
-    std::vector<std::string> observables; ///< sets beyond energies, momentum and extremes
-    bool audit = false;                   ///< energy audit
-    double fluid_fields = 0;              ///< fields of the fluid, into HDF5
-    double contacts = 0;                  ///< all contacts with their forces, into tables
-    double checkpoint = 0;                ///< 0: none by simulated time
-    double checkpoint_wall = 900;         ///< interval of wall time; 0: none by wall time
-    double frames_wall = 0;               ///< interval of wall time at which frames become readable; 0: at checkpoints
-    long keep = 2;                        ///< newest checkpoints
-    bool milestones = true;               ///< and older ones at doubling ages
-    std::vector<std::string> progress;    ///< columns of the series that the progress line shows
+    double tips = 0;                       ///< last node of every rod, into HDF5
+    bool both_ends = false;                ///< and the first one
+    double series = 0;                     ///< observables.csv
+    std::vector<std::string> observables;  ///< sets beyond energies, momentum and extremes
+    std::vector<std::string> fluid_forces; ///< groups of which each rod and body has columns of its own
+    bool audit = false;                    ///< energy audit
+    double fluid_fields = 0;               ///< fields of the fluid, into HDF5
+    double contacts = 0;                   ///< all contacts with their forces, into tables
+    double checkpoint = 0;                 ///< 0: none by simulated time
+    double checkpoint_wall = 900;          ///< interval of wall time; 0: none by wall time
+    double frames_wall = 0;                ///< interval of wall time at which frames become readable; 0: at checkpoints
+    long keep = 2;                         ///< newest checkpoints
+    bool milestones = true;                ///< and older ones at doubling ages
+    std::vector<std::string> progress;     ///< columns of the series that the progress line shows
 
     /// True if frames are written as poly data too, on demand or because all rods have few `nodes`.
     bool writes_vtp(std::int64_t nodes) const;

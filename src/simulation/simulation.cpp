@@ -46,9 +46,10 @@ void refuse_repeated_columns(std::span<const std::string> names) {
     std::set<std::string> seen;
     for (const std::string& column : names)
         if (const std::string name = column.substr(0, column.find('[')); !seen.insert(name).second)
-            throw InputError(fmt::format("the time series has two columns '{}': give the [[probe]], "
-                                         "[[fluid_probe]], [[joint]], [[wall]] or [[obstacle]] of one another 'name'",
-                                         name));
+            throw InputError(
+                fmt::format("the time series has two columns '{}': give the [[probe]], "
+                            "[[fluid_probe]], [[joint]], [[wall]], [[obstacle]] or group of one another 'name'",
+                            name));
 }
 
 } // namespace

@@ -29,7 +29,7 @@ SCALES = {f"{what} times 2^{power}": tuple(power * (what == one) for one in ("le
 EXEMPT = {"output.checkpoint_wall", "output.frames_wall"}
 # Texts that name something; all other texts are formulas and need a unit.
 NAMES = {"of", "id", "ignore", "column", "reference", "include", "title", "name", "assembly", "file", "start_free", "end_free", "directions", "axes", "at_unit", "unit", "rods", "along", "between", "open", "watch", "fields",
-         "observables", "progress", "from", "stages", "until", "change"}
+         "observables", "fluid_forces", "progress", "from", "stages", "until", "change"}
 OWN_UNIT = {"table.at", "table.value", "constants.(any name)"}  # of which the scene says the unit
 # No choice of physics: files alone; and what needs another library, or other ranks.
 NO_PHYSICS = {"output.precision", "output.paraview", "fluid_output.precision", "fluid_output.across", "start.time"}

@@ -38,7 +38,7 @@ std::vector<Obstacle> moving_bodies() {
 
 struct Swum {
     std::vector<double> state;
-    Vec3d given{0, 0, 0}, gained{0, 0, 0};
+    Vec3d given{0, 0, 0}, gained{0, 0, 0}, couple{0, 0, 0};
     double slip = 0, speed = 0;
 };
 
@@ -58,6 +58,7 @@ Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, D
     all.gained = figures.momentum;
     all.speed = figures.speed;
     all.slip = bodies.forcing().slip();
+    all.couple = bodies.couple_on_obstacle(1, constants.density, 0.18);
     all.state = test::state_on_all_ranks(comm, *flow);
     return all;
 }
@@ -69,13 +70,17 @@ TEST(Obstacles, HaveTheSameBitsOnAnyRanksAndGiveWhatTheFluidGains) {
         for (const DeltaKind delta : {DeltaKind::three_point, DeltaKind::four_point}) {
             const Swum here = swum(Communicator::world(), threads, scheme, delta);
             EXPECT_EQ(here.state, swum(Communicator::alone(), threads, scheme, delta).state);
-            EXPECT_EQ(here.state, swum(Communicator::world(), team, scheme, delta).state);
+            const Swum by_team = swum(Communicator::world(), team, scheme, delta);
+            EXPECT_EQ(here.state, by_team.state);
+            EXPECT_EQ(here.couple.z, by_team.couple.z);
+            EXPECT_GT(std::abs(here.couple.z), 1e-6);
             for (const int across : {2, Communicator::world().size()}) {
                 if (across == 1 || Communicator::world().size() % across != 0) continue;
                 const Swum pencils = swum(Communicator::world(), team, scheme, delta, across);
                 EXPECT_EQ(here.state, pencils.state) << across << " ranks across";
                 EXPECT_EQ(here.slip, pencils.slip);
                 EXPECT_EQ(here.given.x, pencils.given.x);
+                EXPECT_EQ(here.couple.z, pencils.couple.z);
             }
             EXPECT_GT(norm(here.gained), 1e-3);
             EXPECT_LT(norm(here.given - here.gained), 1e-13);

@@ -105,6 +105,16 @@ def fluid(name, sets="fluid", **keys):
     return of_scene(name, sets, **tables)
 
 
+def fluid_loads():
+    """Columns of the loads of a fluid on single rods."""
+    in_fluid = fluid("output.fluid_forces", output={"fluid_forces": ["left"]})
+
+    def edit(scene, where):
+        in_fluid.edit(scene, where)
+        scene.setdefault("probe", []).extend({"name": f"seen_{quantity}", "of": "right", "quantity": quantity} for quantity in ("fluid_force", "fluid_couple"))
+    return Row(in_fluid.name, edit, in_fluid.sets)
+
+
 def sharp_body():
     """A ball that is thick enough for a sharp surface."""
     in_fluid = fluid("immersion.body_surface = sharp", immersion={"body_surface": "sharp"})
@@ -230,6 +240,7 @@ def rows_of(folder):
         *(fluid(f"fluid.along = {kind}", fluid={"along_x": kind, "along_y": kind}) for kind in ("free_slip", "no_slip")),
         fluid("fluid.along = through", fluid={"along_x": "through", "inflow": [0.1, 0.0, 0.0]}),
         fluid("fluid.inflow_profile = parabolic", fluid={"along_x": "through", "inflow": [0.1, 0.0, 0.0], "along_y": "no_slip", "inflow_profile": "parabolic"}),
+        fluid_loads(),
         fluid("immersion.coupling = one_way", immersion={"coupling": "one_way"}),
         sharp_body(),
         sharp_rod(),
@@ -320,6 +331,6 @@ NOT_ROWS = {
     "load.ramp_shape": "shape of a ramp", "load.frame": "axes of a load", "load.per": "unit of a formula", "load.at": "place of a formula",
     "joint.pairs": "which rods are joined", "joint.about_second.motor.kind": "as joint.motor.kind", "wall.side": "side of tubes and balls",
     "fluid_output.kind": "files", "fluid_output.precision": "files", "fluid_output.across": "files", "fluid_output.criterion": "files",
-    "probe.quantity": "all in the row probe", "expect.take": "compares numbers of a run that has ended",
+    "probe.quantity": "all in the rows probe and fluid_forces", "expect.take": "compares numbers of a run that has ended",
     "obstacle.surface = markers": "the default", "output.precision": "files", "output.paraview": "files", "start.time": "of branches",
 }

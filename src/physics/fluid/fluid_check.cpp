@@ -312,6 +312,20 @@ void check_probes(const SceneSpec& scene, bool good_grid, Objections& objections
         objections.add("fluid_probe.0", "probes are columns of the time series: set output.series [s]");
 }
 
+/// Checks the groups whose rods have columns of their own.
+void check_fluid_forces(const SceneSpec& scene, Objections& objections) {
+    const std::vector<std::string>& names = scene.output.fluid_forces;
+    if (!scene.fluid || scene.rods.empty())
+        return TableObjections(objections, "output").unused({"fluid_forces"}, "without rods or bodies in a [fluid]");
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        const std::string key = fmt::format("output.fluid_forces.{}", i);
+        group_named(scene, names[i], objections, key);
+        if (std::find(names.begin(), names.begin() + static_cast<long>(i), names[i]) !=
+            names.begin() + static_cast<long>(i))
+            objections.add(key, fmt::format("the group '{}' is named twice", names[i]));
+    }
+}
+
 /// Checks the margins that stand in place of a box.
 void check_margins(const SceneSpec& scene, Objections& table) {
     const std::string key = scene.fluid->margin_lower ? "margin_lower" : "margin_upper";
@@ -400,6 +414,7 @@ void FluidTables::check(const SceneSpec& given, Objections& objections) {
     const SceneSpec& scene = fitted.fluid ? fitted : given;
     if (scene.output.fluid_fields > 0 && !scene.fluid)
         objections.add("output.fields", "'fields' has no use without [fluid]");
+    check_fluid_forces(scene, objections);
     check_immersion(scene, immersion);
     if (!scene.fluid) {
         check_unused("obstacle", scene.obstacles, "[fluid]", objections);

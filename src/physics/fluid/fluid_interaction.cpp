@@ -79,11 +79,13 @@ std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts, const Fluid
 
 FluidInteraction::FluidInteraction(const InteractionParts& parts, const FluidPlan& plan)
     : comm_(parts.comm), threads_(parts.threads), plan_(plan),
-      schedule_(plan_.every, shares_of(plan_.constants.scheme)), meshes_(plan_.obstacles), flow_(make_flow(parts, plan)),
-      groups_(parts.groups), automatic_dt_(parts.plan.automatic_dt), lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
+      schedule_(plan_.every, shares_of(plan_.constants.scheme)), meshes_(plan_.obstacles),
+      flow_(make_flow(parts, plan)), groups_(parts.groups), automatic_dt_(parts.plan.automatic_dt),
+      lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
     const FluidGrid& grid = plan_.constants.grid;
     std::unique_ptr<ImmersedRods> rods;
-    if (!groups_.empty()) rods = std::make_unique<ImmersedRods>(groups_, parts.rods, plan_.kinds);
+    if (!groups_.empty())
+        rods = std::make_unique<ImmersedRods>(groups_, parts.rods, plan_.kinds, plan_.single_loads.rods);
     if (rods || !plan_.obstacles.empty()) {
         bodies_ = std::make_unique<Immersion>(comm_, threads_, grid, plan_.forcing, plan_.obstacles, std::move(rods),
                                               flow_->pencils().across());
@@ -387,6 +389,25 @@ void FluidInteraction::add_probes(std::vector<Figure>& all) const {
     }
 }
 
+void FluidInteraction::add_loads(std::vector<Figure>& all) const {
+    const auto add = [&](const std::string& name, const Vec3d& vector, const char* unit) {
+        for (int c = 0; c < 3; ++c)
+            all.push_back(
+                {fmt::format("{}_{}[{}]", name, "xyz"[c], unit), Figure::Of::same, {component_of(vector, c)}});
+    };
+    const double density = plan_.constants.density;
+    for (std::size_t o = 0; o < plan_.obstacles.size(); ++o) {
+        add(plan_.obstacles[o].name + "_force", bodies_->force_on_obstacle(o, density, to_), "N");
+        add(plan_.obstacles[o].name + "_couple", bodies_->couple_on_obstacle(o, density, to_), "N m");
+    }
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+        add(groups_[g].name() + "_fluid_force", bodies_->force_on_rods(g, density, to_), "N");
+    for (const LoadColumns& columns : plan_.single_loads.columns) {
+        const Immersion::MeanLoad load = bodies_->load_on_single(columns.single, density, to_);
+        add(columns.name, columns.couple ? load.couple : load.force, columns.couple ? "N m" : "N");
+    }
+}
+
 std::vector<Figure> FluidInteraction::figures(const Sample&) const {
     using Of = Figure::Of;
     const std::vector<FlowFigures> rows = flow_->figures();
@@ -416,19 +437,7 @@ std::vector<Figure> FluidInteraction::figures(const Sample&) const {
         return std::move(all);
     };
     if (!bodies_) return only_of_steps();
-    const auto add_vector = [&](const std::string& name, const Vec3d& vector, const char* unit) {
-        for (int c = 0; c < 3; ++c)
-            all.push_back({fmt::format("{}{}[{}]", name, "xyz"[c], unit), Of::same, {component_of(vector, c)}});
-    };
-    const auto add_force = [&](const std::string& name, const Vec3d& force) { add_vector(name, force, "N"); };
-    const double density = plan_.constants.density;
-    for (std::size_t o = 0; o < plan_.obstacles.size(); ++o) {
-        add_force(plan_.obstacles[o].name + "_force_", bodies_->force_on_obstacle(o, density, to_));
-        if (const auto couple = bodies_->couple_on_obstacle(o, density, to_))
-            add_vector(plan_.obstacles[o].name + "_couple_", *couple, "N m");
-    }
-    for (std::size_t g = 0; g < groups_.size(); ++g)
-        add_force(groups_[g].name() + "_fluid_force_", bodies_->force_on_rods(g, density, to_));
+    add_loads(all);
     if (const ForceBalance* const balance = bodies_->balance()) {
         const std::vector<Vec3d> of_slots = balance->momentum(lag_);
         for (int c = 0; c < 3; ++c) {

@@ -79,6 +79,8 @@ private:
     ForceBalance::Stage stage_of(int s, double dt) const;
     /// Adds the columns of probes.
     void add_probes(std::vector<Figure>& all) const;
+    /// Adds the columns of forces and couples on obstacles, groups of rods, and single rods.
+    void add_loads(std::vector<Figure>& all) const;
     /// Counts f as Phase::fluid, and what of that was spent at markers as Phase::markers.
     template <class F> void timed(Timers& timers, F&& f);
     /// A stage that rods are about to begin, or have come to the end of.

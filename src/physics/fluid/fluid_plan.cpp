@@ -365,6 +365,7 @@ FluidPlan plan_fluid(const PlanInput& input) {
                    .names = names_for_formulas(scene),
                    .outputs = {},
                    .probes = scene.fluid_probes,
+                   .single_loads = single_loads(scene, groups),
                    .speed = {},
                    .retraction = scene.immersion.retraction,
                    .coupling = scene.immersion.coupling,

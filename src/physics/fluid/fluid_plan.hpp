@@ -9,6 +9,7 @@
 #include "immersion/obstacle.hpp"
 #include "io/fluid_output_spec.hpp"
 #include "io/output_spec.hpp"
+#include "physics/fluid/load_columns.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <algorithm>
@@ -81,6 +82,7 @@ struct FluidPlan {
     FormulaScope names; ///< that it may hold
     std::vector<FluidOutput> outputs;
     std::vector<FluidProbeSpec> probes = {};
+    SingleLoads single_loads = {};
     FluidSpeed speed;
     double stated = 0;       ///< m/s, the largest speed of rods that the scene states; 0: none
     double largest_slip = 0; ///< over the largest speed, above which steps are shortened; 0: it does not count

@@ -25,7 +25,11 @@ void ProbeTables::check(const SceneSpec& scene, Objections& objections) {
         if (group && group->body && probe.strained())
             mine.add("quantity", fmt::format("'{}' is a rigid body, which has no {}", probe.of,
                                              nth(probe_quantity_names, probe.quantity)));
-        if (group && group->body) mine.unused({"at"}, "for a body");
+        if (probe.of_fluid()) mine.unused({"at"}, "for a force or couple on a whole rod");
+        else if (group && group->body) mine.unused({"at"}, "for a body");
+        if (probe.of_fluid() && !scene.fluid)
+            mine.add("quantity", fmt::format("a probe of \"{}\" needs rods in a [fluid], and there is none",
+                                             nth(probe_quantity_names, probe.quantity)));
     }
 }
 
