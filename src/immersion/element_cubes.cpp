@@ -20,6 +20,11 @@ void ElementCubes::fill(std::span<const Vec3d> middle, std::span<const double> c
     const Vec3d extent = upper - lower_;
     constexpr double most_of_each = 64; // cubes for an element
     size_ = std::max(0.5 * near, std::cbrt(extent.x * extent.y * extent.z / (most_of_each * static_cast<double>(n))));
+    double cubes = 1;
+    for (int d = 0; d < 3; ++d) cubes *= 1 + component_of(extent, d) / size_;
+    count_ = {};
+    constexpr double most_cubes = 1e3; // for an element
+    if (!(cubes < most_cubes * static_cast<double>(n + most_of_each))) return;
     for (int d = 0; d < 3; ++d) nth(count_, d) = 1 + static_cast<int>(component_of(extent, d) / size_);
     const auto for_cubes = [&](auto&& body) {
         for (std::size_t k = 0; k < n; ++k) {

@@ -15,6 +15,7 @@ class ElementCubes {
 public:
     /// Elements by the middle of each, m, and the radius of a ball about it that holds the element, m. `near`, m: from
     /// a place, elements within this distance are found.
+    /// There are no cubes where places are not finite or much too far apart.
     void fill(std::span<const Vec3d> middle, std::span<const double> cover, double near);
     /// Elements of the cube of a place, in their order; empty where no cube is.
     std::span<const std::uint32_t> at(const Vec3d& place) const;

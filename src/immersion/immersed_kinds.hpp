@@ -27,7 +27,7 @@ public:
     ImmersedKinds(const FluidGrid& grid, const Numbers& numbers) : grid_(grid), numbers_(numbers) {}
 
     struct Kind {
-        std::vector<RodMarker> markers;                ///< empty where the surface is sharp
+        std::vector<RodMarker> markers;                ///< none where all of the surface is sharp
         bool sharp = false;                            ///< some part of the surface is
         std::vector<double> sharp_shares;              ///< of such a rod, by node: see sharp_shares()
         std::shared_ptr<const InertiaInFluid> inertia; ///< null where rods do not feel the fluid

@@ -15,13 +15,14 @@ ImmersedRods::ImmersedRods(std::span<const RodGroup> groups, const Rods& rods,
     for (std::size_t g = 0; g < groups_.size(); ++g) {
         const RodGroup& group = groups_[g];
         OfGroup& of = groups_in_scene_.emplace_back(OfGroup{first, {}, 0});
+        const ImmersedKinds::Kind* kind = nullptr;
         for (std::int64_t i = 0; i < group.count(); ++i) {
-            const ImmersedKinds::Kind& kind = kinds_->of(group, i);
-            if (kind.sharp) sharp_.push_back({g, i});
-            has_markers_ |= !kind.markers.empty();
-            has_sharp_rods_ |= kind.sharp && !group.body();
-            has_parts_ |= kind.sharp && !kind.markers.empty();
-            of.of_each = static_cast<std::int64_t>(kind.markers.size());
+            if (!kind || group.heterogeneous()) kind = &kinds_->of(group, i);
+            if (kind->sharp) sharp_.push_back({g, i});
+            has_markers_ |= !kind->markers.empty();
+            has_sharp_rods_ |= kind->sharp && !group.body();
+            has_parts_ |= kind->sharp && !kind->markers.empty();
+            of.of_each = static_cast<std::int64_t>(kind->markers.size());
             if (group.heterogeneous()) of.before.push_back(first - of.first);
             first += of.of_each;
         }

@@ -77,7 +77,7 @@ namespace {
 /// Direction along which rectangular sections span a periodic box along d2; -1: none.
 int direction_across(const RodGroup& group, const FluidGrid& grid) {
     const RodSpec& spec = group.spec();
-    if (spec.section.kind != SectionKind::rectangular) return -1;
+    if (spec.section.kind != SectionKind::rectangular || group.turned()) return -1;
     const Vec3d d2 = transpose_times(matrix(frame_of(spec.placement.tangent, spec.placement.normal)), Vec3d{0, 1, 0});
     constexpr double rounding = 1e-9;
     for (int d = 0; d < 3; ++d) {
@@ -92,7 +92,7 @@ int direction_across(const RodGroup& group, const FluidGrid& grid) {
 
 /// Direction along which rods are as long as a periodic box; -1: none.
 int direction_through(const RodGroup& group, const FluidGrid& grid) {
-    if (!group.spec().placement.tangents.empty() || group.closed()) return -1;
+    if (group.turned() || group.closed()) return -1;
     double length = 0;
     for (const ElementConstants& e : group.element) length += e.rest_length;
     const Vec3d tangent = unit(group.spec().placement.tangent);

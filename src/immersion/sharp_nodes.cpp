@@ -271,6 +271,12 @@ bool SharpNodes::overlap(const Block& a, const Block& b) const {
     return true;
 }
 
+SharpNodes::Block SharpNodes::own_block() const {
+    const Slab rows = pencils_.rows(), planes = pencils_.planes();
+    return {{0, rows.first, planes.first},
+            {grid_.cells[0] - 1, rows.first + layout_.ny - 1, planes.first + layout_.nz - 1}};
+}
+
 std::vector<std::vector<std::uint32_t>> SharpNodes::overlapping() const {
     std::vector<std::uint32_t> with(bodies_.size()); // the first body of the cluster
     std::iota(with.begin(), with.end(), 0u);
@@ -356,6 +362,7 @@ void SharpNodes::settle(double time, double length) {
             now_[b] = bodies_[b].motion(time);
         }
         blocks_[b] = block_of(b);
+        if (bodies_[b].swept && overlap(blocks_[b], own_block())) bodies_[b].swept->sort();
     }
     std::vector<Cluster> before = std::move(clusters_);
     clusters_.clear();

@@ -106,6 +106,8 @@ private:
 
     Block block_of(std::uint32_t body) const;
     bool overlap(const Block& a, const Block& b) const;
+    /// Cells of this rank.
+    Block own_block() const;
     std::vector<std::vector<std::uint32_t>> overlapping() const;
     std::vector<Image> images_of(const Cluster& cluster) const;
     void fill(Cluster& cluster) const;

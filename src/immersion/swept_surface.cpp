@@ -87,7 +87,10 @@ void SweptSurface::put(RodMotion begin, RodMotion end) {
     upper_ = -lower_;
     for (std::size_t k = 0; k < n; ++k) {
         const Half from = half_at(k, 0), to = half_at(k, 1);
-        const double most = std::max(std::hypot(from.along_d1, from.along_d2), std::hypot(to.along_d1, to.along_d2));
+        const auto reach = [&](const Half& half) { // of a plate within its plane
+            return section_ == SweptSection::plate ? half.along_d1 : std::hypot(half.along_d1, half.along_d2);
+        };
+        const double most = std::max(reach(from), reach(to));
         cover_[k] = 0.5 * length_[k] + most;
         if (has_part() && shares_[k] == 0 && shares_[k + 1] == 0) continue;
         for (const Vec3d& p : {now_.node[k], now_.node[k + 1]}) {
@@ -107,7 +110,12 @@ void SweptSurface::put(RodMotion begin, RodMotion end) {
         if (section_ == SweptSection::plate) axis -= dot(axis, now_.frame[0].d2) * now_.frame[0].d2;
         per_share_[k] = (1 / dot(axis, axis)) * axis;
     }
+    sorted_ = false;
+}
+
+void SweptSurface::sort() {
     if (near_ > 0) cubes_.fill(middle_, cover_, near_);
+    sorted_ = near_ > 0;
 }
 
 Vec3d SweptSurface::in_cubes(const Vec3d& place) const {
@@ -141,7 +149,7 @@ double SweptSurface::from_section(const Half& half, double y1, double y2, double
 SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
     Vec3d place = given;
     if (endless()) put_within(part_of(place, through_), part_of(now_.node[element_.size()], through_));
-    if (near_ > 0)
+    if (sorted_)
         if (const auto some = cubes_.at(in_cubes(place)); !some.empty())
             if (const Foot found = nearest_of(some, place); found.distance <= near_) return found;
     return nearest_of(all_, place);
@@ -210,10 +218,12 @@ SweptSurface::Turning SweptSurface::turning(const Foot& foot) const {
 Vec3d SweptSurface::shifts(const Foot& foot, const Vec3d& of) const {
     const Mat3d& frame = now_.frame[foot.element];
     const Half half = half_at(foot.element, foot.along);
-    const bool plate = section_ == SweptSection::plate;
-    const double a = half.along_d1, b = plate ? 0 : half.along_d2, x = dot(foot.off, frame.d1) / a,
-                 y = plate ? 0 : dot(foot.off, frame.d2) / b, within = std::max(0.0, 1 - x * x - y * y);
-    return 0.5 * within * ((a * a * dot(of, frame.d1)) * frame.d1 + (b * b * dot(of, frame.d2)) * frame.d2);
+    const double a = half.along_d1, b = section_ == SweptSection::plate ? 0 : half.along_d2,
+                 x = dot(foot.off, frame.d1) / a, y = b > 0 ? dot(foot.off, frame.d2) / b : 0,
+                 across = section_ == SweptSection::ellipse ? y * y : 0,
+                 along = section_ == SweptSection::ellipse ? x * x : 0,
+                 by_d1 = a * a * std::max(0.0, 1 - x * x - across), by_d2 = b * b * std::max(0.0, 1 - y * y - along);
+    return (0.5 * by_d1 * dot(of, frame.d1)) * frame.d1 + (0.5 * by_d2 * dot(of, frame.d2)) * frame.d2;
 }
 
 Vec3d SweptSurface::velocity_of(const RodMotion& motion, const Foot& foot) const {
@@ -225,7 +235,8 @@ Vec3d SweptSurface::velocity_of(const RodMotion& motion, const Foot& foot) const
     const Vec3d narrows =
         section_ == SweptSection::plate ? dot(foot.off, d1) * d1 : 0.5 * (foot.off - dot(foot.off, t) * t);
     const auto [other, share, per_way] = turning(foot);
-    const Vec3d more = motion.spin[other] - motion.spin[k];
+    Vec3d more = motion.spin[other] - motion.spin[k];
+    more -= dot(more, t) * t; // elements that twist slide on each other, without divergence
     return motion.velocity[k] + foot.along * gain + cross(motion.spin[k] + share * more, foot.off) - rate * narrows +
            shifts(foot, cross(t, per_way * more)); // (153)
 }

@@ -48,6 +48,8 @@ public:
 
     std::size_t elements() const { return element_.size(); }
     void put(RodMotion begin, RodMotion end);
+    /// Makes searches for feet fast after put().
+    void sort();
 
     /// Point of the axis that is nearest to a place.
     struct Foot {
@@ -114,6 +116,7 @@ private:
     std::vector<Vec3d> per_share_;        ///< by element, 1/m: times the way from its first node, the share of the foot
     std::vector<std::uint32_t> all_;      ///< numbers of all elements
     ElementCubes cubes_;
+    bool sorted_ = false;
     Vec3d lower_{0, 0, 0}, upper_{0, 0, 0};
 };
 

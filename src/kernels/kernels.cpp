@@ -34,9 +34,9 @@ const Kernels& kernels(int lanes) {
     };
     const int served = served_lanes(lanes);
     for (const Built& b : built)
-        if (b.lanes <= served) return *b.kernels;
+        if (b.lanes <= served && served_lanes(b.lanes) == b.lanes) return *b.kernels;
     const Built& narrowest = std::end(built)[-1];
-    if (served_lanes(narrowest.lanes) < narrowest.lanes)
+    if (served_lanes(narrowest.lanes) != narrowest.lanes)
         throw InputError(
             fmt::format("this program has kernels for processors of {} and later alone, and this one is of an "
                         "earlier kind; cmake -B build -DSKEIN_WIDTHS=\"1;2;4;8\" builds those of all",

@@ -56,7 +56,7 @@ series = 0.01
 checkpoint = 0.01
 """
 
-# Rods of their own sizes: two with sharp surfaces, one of which tapers, and one too thin for it.
+# Rods of their own sizes: three with sharp surfaces, one of which is as long as the box is across it, and one too thin.
 OF_OWN_SIZES = f"""
 title = "rods of their own sizes"
 [time]
@@ -87,6 +87,7 @@ SIZES = """x,y,z,tx,ty,tz,length,radius
 0.5,0.6,0.4,0.6,0.0,0.8,1.2,0.3
 1.9,1.8,0.5,0.0,0.0,1.0,0.9,0.16
 2.6,0.4,0.3,0.0,0.6,0.8,1.0,0.06
+1.5,1.9,1.5,1.0,0.0,0.0,2.0,0.15
 """
 
 # A tube closed to a ring about an axis of symmetry of the box.

@@ -77,7 +77,8 @@ std::string of_thin_parts(const RodsInFluid& rods, double spacing) {
         "rods.{}: {:.3g} % of their length, down to {:.3g} cells in half the thickness, is too thin for a "
         "sharp surface and acts by markers, over three cells; fluid.spacing = {:.3g} gives a sharp "
         "surface all along",
-        rods.name, 100 * (1 - rods.sharp), rods.least_axis, rods.least_axis * spacing / all_sharp);
+        rods.name, 100 * (1 - rods.sharp), rods.least_axis,
+        spacing * std::min(rods.least_axis / all_sharp, rods.thickest / thick_for_sharp));
 }
 
 std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidGrid& grid) {

@@ -250,17 +250,19 @@ void add_sections(const RodGroup& group, const ImmersedKinds::Kind& in_fluid, co
                   RodsInFluid& rods) {
     const double h = fluid.constants.grid.h, retraction = fluid.retraction * h;
     const bool spans = spans_box(group, fluid.constants.grid);
+    double thickest = 0;
     for (std::size_t k = 0; k < group.element.size(); ++k) {
         const HalfAxes axes = half_axes(group, k);
         const double across = spans ? axes.along_d1 : axes.along_d2; // a plate is as thick as it is along d1
         rods.least_axis = std::min({rods.least_axis, axes.along_d1 / h, across / h});
         rods.most_axis = std::max({rods.most_axis, axes.along_d1 / h, across / h});
-        rods.thickest = std::max(rods.thickest, std::min(axes.along_d1, across) / h);
+        thickest = std::max(thickest, std::min(axes.along_d1, across) / h);
         if (in_fluid.sharp && in_fluid.sharp_shares[k] == 1 && in_fluid.sharp_shares[k + 1] == 1) continue;
         const SectionMarkers kind =
             spans ? plate_markers(axes.along_d1, h, retraction) : section_markers(axes, h, retraction);
         nth(rods.has, kind) = true;
     }
+    rods.thickest = std::min(rods.thickest, thickest);
 }
 
 /// Share of a rod's length that acts by a sharp surface; of a body, 0 or 1.
@@ -307,7 +309,7 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
         if (rods.feels_fluid) rods.least_inertia = std::min(rods.least_inertia, in_fluid.inertia->least_effective());
     });
     rods.markers = std::lround(markers / all);
-    rods.sharp = rods.markers > 0 ? rods.sharp / all : 1; // without rounding
+    rods.sharp = markers > 0 ? rods.sharp / all : 1; // without rounding
     return rods;
 }
 

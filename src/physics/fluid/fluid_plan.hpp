@@ -13,6 +13,7 @@
 #include "skein/rod/rod_group.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <span>
 #include <string>
@@ -64,11 +65,11 @@ struct RodsInFluid {
     double sharp = 0;                     ///< share of the length of rods, or of bodies, that has them
     std::int64_t markers = 0;             ///< of a rod or body
     double least_axis = 0, most_axis = 0; ///< half axes of sections or parts, over the spacing
-    double thickest = 0;                  ///< half the thickness of the thickest section, over the spacing
-    double sharp_area = 0;                ///< of sharp surfaces of all of them, over the square of the spacing
-    double density_ratio = 0;             ///< over the fluid's
-    std::array<bool, 3> has{};            ///< by SectionMarkers, of rods
-    double least_inertia = 1;             ///< that kicks feel, over the rod's
+    double thickest = HUGE_VAL; ///< half the thickness of thickest sections, of the thinnest rod, over the spacing
+    double sharp_area = 0;      ///< of sharp surfaces of all of them, over the square of the spacing
+    double density_ratio = 0;   ///< over the fluid's
+    std::array<bool, 3> has{};  ///< by SectionMarkers, of rods
+    double least_inertia = 1;   ///< that kicks feel, over the rod's
     bool feels_fluid = false;
 };
 

@@ -202,7 +202,7 @@ RodMotion wave_or_ring(bool ring, int n) {
 TEST(SweptSurface, RodsThatBendKeepTheirVolume) {
     constexpr int n = 12;
     constexpr double length = 0.2;
-    for (const SweptSection section : {SweptSection::ellipse, SweptSection::plate}) {
+    for (const SweptSection section : {SweptSection::ellipse, SweptSection::rectangle, SweptSection::plate}) {
         RodMotion m;
         for (int i = 0; i <= n; ++i) {
             const double s = length * i;
@@ -242,6 +242,7 @@ TEST(SweptSurface, CubesOfElementsFindTheSameFeet) {
                 near({.section = section, .elements = elements, .near = 0.15, .closed = ring});
             all.put(m, m);
             near.put(m, m);
+            near.sort();
             int close = 0;
             for (int p = 0; p < 4000; ++p) {
                 const Vec3d at = m.node[to_index(p % n)] + 0.6 * Vec3d{any(random), any(random), any(random)};
