@@ -206,26 +206,6 @@ void SweptSurface::take_nearer(std::size_t k, const Vec3d& place, Foot& best) co
         best = {static_cast<std::uint32_t>(k), along, off, distance};
 }
 
-SweptSurface::Turning SweptSurface::turning(const Foot& foot) const {
-    const std::size_t k = foot.element, n = element_.size();
-    const bool later = foot.along >= 0.5, alone = !closed_ && !endless() && (later ? k + 1 == n : k == 0);
-    if (alone || n == 1) return {k, 0, 0};
-    const std::size_t other = later ? (k + 1) % n : (k + n - 1) % n;
-    const double way = 0.5 * (length_[k] + length_[other]);
-    return {other, std::abs(foot.along - 0.5) * length_[k] / way, (later ? 1 : -1) / way};
-}
-
-Vec3d SweptSurface::shifts(const Foot& foot, const Vec3d& of) const {
-    const Mat3d& frame = now_.frame[foot.element];
-    const Half half = half_at(foot.element, foot.along);
-    const double a = half.along_d1, b = section_ == SweptSection::plate ? 0 : half.along_d2,
-                 x = dot(foot.off, frame.d1) / a, y = b > 0 ? dot(foot.off, frame.d2) / b : 0,
-                 across = section_ == SweptSection::ellipse ? y * y : 0,
-                 along = section_ == SweptSection::ellipse ? x * x : 0,
-                 by_d1 = a * a * std::max(0.0, 1 - x * x - across), by_d2 = b * b * std::max(0.0, 1 - y * y - along);
-    return (0.5 * by_d1 * dot(of, frame.d1)) * frame.d1 + (0.5 * by_d2 * dot(of, frame.d2)) * frame.d2;
-}
-
 Vec3d SweptSurface::velocity_of(const RodMotion& motion, const Foot& foot) const {
     const std::size_t k = foot.element;
     const Vec3d axis = now_.node[k + 1] - now_.node[k], t = (1 / length_[k]) * axis,
@@ -234,11 +214,7 @@ Vec3d SweptSurface::velocity_of(const RodMotion& motion, const Foot& foot) const
     const Vec3d& d1 = now_.frame[k].d1;
     const Vec3d narrows =
         section_ == SweptSection::plate ? dot(foot.off, d1) * d1 : 0.5 * (foot.off - dot(foot.off, t) * t);
-    const auto [other, share, per_way] = turning(foot);
-    Vec3d more = motion.spin[other] - motion.spin[k];
-    more -= dot(more, t) * t; // elements that twist slide on each other, without divergence
-    return motion.velocity[k] + foot.along * gain + cross(motion.spin[k] + share * more, foot.off) - rate * narrows +
-           shifts(foot, cross(t, per_way * more)); // (153)
+    return motion.velocity[k] + foot.along * gain + cross(motion.spin[k], foot.off) - rate * narrows; // (153)
 }
 
 } // namespace skein

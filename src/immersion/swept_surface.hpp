@@ -85,15 +85,6 @@ private:
     /// Distance from the surface of a section, m, `beyond` its plane at a joint.
     double from_section(const Half& half, double y1, double y2, double beyond) const;
     Vec3d velocity_of(const RodMotion& motion, const Foot& foot) const;
-    /// Spin at a foot: that of its element and of another one, between whose middles it lies.
-    struct Turning {
-        std::size_t other;
-        double share, per_way; ///< of the other one; 1 over the way to it, 1/m, below 0 towards the begin
-    };
-    Turning turning(const Foot& foot) const;
-    /// Velocity across the axis, m/s, by which a section keeps its volume as axial rates differ across it, for this
-    /// change of the rate by place, 1/(m s); 0 at the surface.
-    Vec3d shifts(const Foot& foot, const Vec3d& of) const;
     /// Place from the first node in coordinates of cubes; plates have two.
     Vec3d in_cubes(const Vec3d& place) const;
     Foot nearest_of(std::span<const std::uint32_t> elements, const Vec3d& place) const;

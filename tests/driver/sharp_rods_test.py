@@ -155,6 +155,9 @@ class SharpRods(DriverTest):
     def test_notes_name_what_keeps_markers_and_what_is_known_of_thin_surfaces(self):
         self.scene.write_text(SCENE)
         self.assertIn("immersion.rod_surface = \"sharp\" does not apply, and these rods have markers: the thickest part has", self.plan_text())
+        self.assertNotIn("the stiffer it is in bending", self.plan_text())
+        self.scene.write_text(SCENE.replace("courant = 0.4", "courant = 0.1"))
+        self.assertIn("rods.thick: its surface is sharp, and steps have a Courant number of 0.1: the shorter steps are, the stiffer it is in bending", self.plan_text())
         self.scene.write_text(disc_on_a_spring(48, 10.0, 1.0, 1.0).replace("radius = 0.5", "radius = 0.2") + '[immersion]\nrod_surface = "sharp"\n')
         plan = self.plan_text()
         self.assertIn("1.6 cells in half the thickness, too few for the fluid: drag of sharp surfaces was compared with known values from four cells in radius on; "
