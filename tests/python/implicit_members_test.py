@@ -23,7 +23,7 @@ REFUSED = (
 FIRST_ORDER = {"damping.kind = legacy": "the rates are far above 1/dt, where explicit steps are of first order"}
 JUMPS = {"wall.law = linear": {"position": 5e-8, "directors": 5e-7}}  # m, 1: a dashpot acts from the first touch on; where that is within a step decides 1e-5 of the way of 6 mm, in explicit steps too
 EVENTS = r"joint\.(from|until|break)"  # at the ends of steps
-LAGGING = r"fluid|immersion|obstacle"  # explicit rods lag half a step behind what such a fluid feels: in steps of the fluid that stay as they are they are of first order
+LAGGING = r"fluid|immersion|obstacle|output\.fluid"  # explicit rods lag half a step behind what such a fluid feels: in steps of the fluid that stay as they are they are of first order
 OWN_TIMES = r"time\.|stage|(load|joint).stages|table|joint.break_strain"  # keys of other steps, stages whose ends go to the next step, a table that rises within a step, a joint that tears in the first
 BEAM = {"material": {"density": 1000.0, "youngs_modulus": 1e6}, "section": {"radius": 4e-3}}
 LET_GO = {"length": 0.1, "elements": 8, "rest_curvature": [3.0, 4.0, 5.0], "start_curvature": [0.0, 0.0, 0.0]}  # straight at the start
