@@ -21,7 +21,7 @@ ImmersedRods::ImmersedRods(std::span<const RodGroup> groups, const Rods& rods,
             if (kind->sharp) sharp_.push_back({g, i});
             has_markers_ |= !kind->markers.empty();
             has_sharp_rods_ |= kind->sharp && !group.body();
-            has_parts_ |= kind->sharp && !kind->markers.empty();
+            has_shares_ |= kind->sharp && !kind->markers.empty();
             of.of_each = static_cast<std::int64_t>(kind->markers.size());
             if (group.heterogeneous()) of.before.push_back(first - of.first);
             first += of.of_each;
@@ -83,7 +83,7 @@ void ImmersedRods::place(double lag, double ahead, std::uint32_t first_body, std
                          Markers& markers) const {
     const std::size_t others = markers.count();
     markers.resize(others + before_.back());
-    if (has_parts_) markers.share.resize(markers.count(), 1);
+    if (has_shares_) markers.share.resize(markers.count(), 1);
     read(lag, [&](int, std::size_t i, const RodCopy& rod) {
         const LocalRod& own = rods_->local()[i];
         const std::int64_t first = first_identity + nth(groups_in_scene_, own.group).of_rod(own.index);
@@ -97,7 +97,7 @@ void ImmersedRods::place(double lag, double ahead, std::uint32_t first_body, std
                 along(marker, lane(from.velocity, 0), lane(to.velocity, 0)) + cross(turning, off_axis(marker, frame));
             markers.identity[at] = first + static_cast<std::int64_t>(m - before_[i]);
             markers.body[at] = first_body + static_cast<std::uint32_t>(own.group);
-            if (has_parts_) markers.share[at] = marker.share;
+            if (has_shares_) markers.share[at] = marker.share;
         });
         if (markers.has_parts && !single_.empty()) place_arms(i, rod, others + before_[i], ahead, first_body, markers);
     });

@@ -108,7 +108,7 @@ private:
     };
     std::vector<OfGroup> groups_in_scene_;
     std::vector<RodNumber> sharp_; ///< those with sharp surfaces, in their order
-    bool has_markers_ = false, has_sharp_rods_ = false, has_parts_ = false;
+    bool has_markers_ = false, has_sharp_rods_ = false, has_shares_ = false;
     std::vector<std::size_t> all_;                 ///< numbers of own rods
     std::vector<std::size_t> before_;              ///< by own rod: markers of own rods before it
     std::vector<const RodGroup*> constants_;       ///< by own rod

@@ -108,7 +108,7 @@ InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker>
         return;
     }
     Displaced fluid{std::vector<double>(group.node_mass.size()), std::vector<Vec3d>(group.element.size())};
-    const auto sharp_share = [&](std::size_t k) { return sharp.empty() ? 0 : 0.5 * (sharp[k] + sharp[k + 1]); };
+    const auto sharp_share = [&](std::size_t k) { return sharp.empty() ? 0 : share_at(sharp, k, 0.5); };
     if (inner) {
         for (std::size_t k = 0; k < group.element.size(); ++k)
             if (const double share = sharp_share(k); share > 0) add_within(group, k, density, share, spans, fluid);

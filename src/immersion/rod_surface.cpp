@@ -155,7 +155,7 @@ std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid,
     std::vector<RodMarker> markers;
     const auto add = [&](double s, double off_d1, double off_d2) {
         const auto [element, along] = rod.at(s);
-        const double share = sharp.empty() ? 1 : 1 - ((1 - along) * sharp[element] + along * sharp[element + 1]);
+        const double share = sharp.empty() ? 1 : 1 - share_at(sharp, element, along);
         if (share > 0)
             markers.push_back({.element = static_cast<std::uint32_t>(element),
                                .along = along,

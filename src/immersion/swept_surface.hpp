@@ -29,6 +29,11 @@ struct RodMotion {
     void take_means(const RodMotion& begin, const Vec3d& way, double time);
 };
 
+/// Share of a rod's action on the fluid within an element, by those of nodes.
+inline double share_at(std::span<const double> of_nodes, std::size_t element, double along) {
+    return (1 - along) * of_nodes[element] + along * of_nodes[element + 1];
+}
+
 class SweptSurface {
 public:
     /// Sizes of an element at rest, m.
@@ -62,10 +67,7 @@ public:
     /// True if markers have a part of its action.
     bool has_part() const { return !shares_.empty(); }
     /// Share of its action on the fluid there.
-    double share(const Foot& foot) const {
-        if (!has_part()) return 1;
-        return (1 - foot.along) * shares_[foot.element] + foot.along * shares_[foot.element + 1];
-    }
+    double share(const Foot& foot) const { return has_part() ? share_at(shares_, foot.element, foot.along) : 1; }
     /// Velocity of the point of the rod there, m/s, at the end and the begin of the stage.
     Vec3d velocity(const Foot& foot) const { return velocity_of(now_, foot); }
     Vec3d velocity_before(const Foot& foot) const { return velocity_of(before_, foot); }

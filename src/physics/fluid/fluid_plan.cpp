@@ -100,10 +100,6 @@ std::vector<FluidOutput> outputs_of(const SceneSpec& scene, const FluidGrid& gri
     return outputs;
 }
 
-} // namespace
-
-namespace {
-
 /// Area of an ellipsoid with these half axes, over the square of the spacing; of a tube where they have no bound.
 double area_within(Vec3d half, const FluidGrid& grid) {
     for (int d = 0; d < 3; ++d) {
@@ -128,7 +124,7 @@ double sharp_area(const RodGroup& group, std::span<const double> shares, const F
     for (std::size_t k = 0; k < group.element.size(); ++k) {
         const auto [a, b] = half_axes(group, k);
         const double around = plate ? 4 * b : 2 * std::numbers::pi * std::sqrt(0.5 * (a * a + b * b));
-        area += 0.5 * (shares[k] + shares[k + 1]) * around * group.element[k].rest_length;
+        area += share_at(shares, k, 0.5) * around * group.element[k].rest_length;
     }
     return area / (grid.h * grid.h);
 }
@@ -271,7 +267,7 @@ double sharp_part(const RodGroup& group, const ImmersedKinds::Kind& in_fluid) {
     double sharp = 0, length = 0;
     for (std::size_t k = 0; k < group.element.size(); ++k) {
         length += group.element[k].rest_length;
-        sharp += 0.5 * (in_fluid.sharp_shares[k] + in_fluid.sharp_shares[k + 1]) * group.element[k].rest_length;
+        sharp += share_at(in_fluid.sharp_shares, k, 0.5) * group.element[k].rest_length;
     }
     return sharp / length;
 }

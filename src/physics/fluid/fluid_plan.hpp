@@ -127,7 +127,7 @@ struct FluidPlan {
     double step_seconds() const {
         return 1e-9 * (ns_per_cell_step() * static_cast<double>(constants.grid.count()) + surface_ns());
     }
-    /// Of that, at sharp surfaces that move, ns.
+    /// Time of that at sharp surfaces that move, ns.
     double surface_ns() const;
 
     /// Time of one core, for predictions.
