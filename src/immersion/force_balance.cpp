@@ -8,8 +8,6 @@
 
 namespace skein {
 
-using SlotRecord = std::array<double, ForceBalance::record>;
-
 namespace {
 
 /// Drag of a marker's fluid about d1, d2 and d3, kg m^2.
@@ -34,6 +32,10 @@ ForceBalance::ForceBalance(std::span<const RodGroup> groups, const ImmersedRods&
         first += group.count() * group.slots();
         if (group.body()) body_step_.resize(step_.size());
     }
+    if (rods_.has_sharp_rods()) {
+        sharp_stage_.resize(step_.size());
+        sharp_slot_.resize(step_.size());
+    }
     slots_of_scene_ = to_index(first);
     start_inner_fluid();
 }
@@ -56,6 +58,11 @@ void ForceBalance::start_inner_fluid() {
             slot.residual_angular_impulse =
                 transpose_times(rod.frames[k], scale(inertia.of_elements[k].displaced,
                                                      scale(group.element[k].inertia, lane(rod.state[k].spin, 0))));
+        }
+        for (std::size_t k = 0; rods_.is_sharp_rod(i) && k < rod.state.size(); ++k) {
+            SharpSlot& slot = sharp_slot_[loads_->first(i) + k];
+            slot.mean_velocity = lane(rod.state[k].velocity, 0);
+            if (k < rod.frames.size()) slot.mean_spin = transpose_times(rod.frames[k], lane(rod.state[k].spin, 0));
         }
     });
 }
@@ -150,23 +157,36 @@ void ForceBalance::add_responses(std::size_t i, const RodCopy& rod, const Respon
 
 void ForceBalance::add_sharp_responses(std::size_t i, const RodCopy& rod,
                                        std::span<const SharpForcing::Response> responses, std::span<FluidLoad> load) {
-    for (std::size_t k = 0; k < rod.state.size(); ++k) {
-        SlotStep& slot = step_[loads_->first(i) + k];
-        slot.stage_place = lane(rod.state[k].position, 0);
-        slot.stage_velocity = lane(rod.state[k].velocity, 0);
-        slot.shared = k < responses.size() ? fluid_.density * responses[k].shared : Vec3d{0, 0, 0};
-    }
+    begin_sharp_stage(i, rod, responses);
+    for (std::size_t k = 0; k < load.size(); ++k) load[k].push -= sharp_slot_[loads_->first(i) + k].shifted;
     for (std::size_t k = 0; k < responses.size(); ++k) {
         const SharpForcing::Response& response = responses[k];
         for (std::size_t end = 0; end < 2; ++end) {
             const Vec3d drag = fluid_.density * response.drag[end], velocity = lane(rod.state[k + end].velocity, 0);
             load[k + end].drag += drag;
-            load[k + end].push += scale(drag, velocity) - fluid_.density * response.given[end];
+            load[k + end].push +=
+                scale(drag, velocity) - fluid_.density * (response.given[end] - response.shifted[end]);
         }
         const Vec3d turn_drag = fluid_.density * response.turn_drag;
         load[k].turn_drag += turn_drag;
         load[k].couple += transpose_times(rod.frames[k], scale(turn_drag, lane(rod.state[k].spin, 0))) -
                           fluid_.density * response.turn_given;
+    }
+}
+
+void ForceBalance::begin_sharp_stage(std::size_t i, const RodCopy& rod,
+                                     std::span<const SharpForcing::Response> responses) {
+    const std::size_t n = responses.size();
+    for (std::size_t k = 0; k <= n; ++k) {
+        SharpStage& slot = sharp_stage_[loads_->first(i) + k] = {};
+        slot.place = lane(rod.state[k].position, 0);
+        slot.velocity = lane(rod.state[k].velocity, 0);
+        if (k == n) break;
+        slot.frame = rod.frames[k];
+        slot.spin = transpose_times(slot.frame, lane(rod.state[k].spin, 0));
+        slot.shared = fluid_.density * responses[k].shared;
+        for (std::size_t end = 0; end < 2; ++end)
+            slot.turn_shared[end] = fluid_.density * responses[k].turn_shared[end];
     }
 }
 
@@ -263,22 +283,43 @@ void ForceBalance::find_mean_velocities(double length, double lag, std::span<Vec
             velocities[m] = per_length * (ImmersedRods::place_of(marker, rod) - place_[m]);
         });
         for (std::size_t k = 0; rods_.is_sharp_rod(i) && k < rod.state.size(); ++k) {
-            SlotStep& slot = step_[loads_->first(i) + k];
-            slot.gain = per_length * (lane(rod.state[k].position, 0) - slot.stage_place) - slot.stage_velocity;
+            SharpStage& stage = sharp_stage_[loads_->first(i) + k];
+            SharpSlot& slot = sharp_slot_[loads_->first(i) + k];
+            slot.mean_velocity = per_length * (lane(rod.state[k].position, 0) - stage.place);
+            stage.gain = slot.mean_velocity - stage.velocity;
+            if (k == rod.frames.size()) break;
+            slot.mean_spin = mean_spin(stage.frame, rod.frames[k], length);
+            stage.turn_gain = slot.mean_spin - stage.spin;
         }
     });
 }
 
 void ForceBalance::take_given(std::size_t i, std::span<const SharpForcing::GivenByElement> given) {
-    const std::size_t first = loads_->first(i);
-    for (std::size_t k = 0; k < given.size(); ++k) {
+    const std::size_t first = loads_->first(i), n = given.size();
+    std::vector<Vec3d> shifted(n + 1);
+    for (std::size_t k = 0; k < n; ++k) {
         SlotExchange &start = exchange_[first + k], &end = exchange_[first + k + 1];
-        const auto& [whole, at_end] = given[k];
+        const auto& [whole, at_end, shifted_by] = given[k];
+        const SharpStage& here = sharp_stage_[first + k];
         // Loads have the fluid's inertia at nodes, and the fluid has it between them. theory.md (155)
-        const Vec3d kept = scale(step_[first + k].shared, step_[first + k].gain - step_[first + k + 1].gain);
+        const Vec3d kept = scale(here.shared, here.gain - sharp_stage_[first + k + 1].gain);
         start.residual_impulse -= fluid_.density * (whole.linear - at_end) + kept;
         end.residual_impulse -= fluid_.density * at_end - kept;
         start.residual_angular_impulse -= fluid_.density * whole.angular;
+        for (std::size_t end_of = 0; end_of < 2; ++end_of) shifted[k + end_of] += fluid_.density * shifted_by[end_of];
+        const std::size_t other = (k + 1) % n;
+        if (other == 0 && !group_of(i).closed()) continue;
+        const SharpStage& next = sharp_stage_[first + other];
+        const Vec3d faster = here.turn_gain - next.turn_gain,
+                    turn_kept = transpose_times(here.frame, scale(here.turn_shared[1], here.frame * faster)) +
+                                transpose_times(next.frame, scale(next.turn_shared[0], next.frame * faster));
+        start.residual_angular_impulse -= turn_kept;
+        exchange_[first + other].residual_angular_impulse += turn_kept;
+    }
+    for (std::size_t k = 0; k <= n; ++k) { // Shifts act within the surface alone. theory.md (155b)
+        Vec3d& before = sharp_slot_[first + k].shifted;
+        exchange_[first + k].residual_impulse += shifted[k] - before;
+        before = shifted[k];
     }
 }
 
@@ -412,9 +453,10 @@ std::vector<Vec3d> ForceBalance::momentum(double lag) const {
         }
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             const SlotExchange& slot = exchange_[loads_->first(i) + k];
-            all[loads_->first(i) + k] = (group_of(i).node_mass[k] * (1 - inertia_of(i).of_nodes[k].displaced)) *
-                                            lane(rod.state[k].velocity, 0) +
-                                        slot.added_momentum + slot.residual_impulse;
+            if (!sharp_slot_.empty()) all[loads_->first(i) + k] -= sharp_slot_[loads_->first(i) + k].shifted;
+            all[loads_->first(i) + k] += (group_of(i).node_mass[k] * (1 - inertia_of(i).of_nodes[k].displaced)) *
+                                             lane(rod.state[k].velocity, 0) +
+                                         slot.added_momentum + slot.residual_impulse;
         }
     });
     return all;
@@ -427,32 +469,49 @@ template <class Body> void ForceBalance::for_slots(Body&& body) const {
     }
 }
 
+std::size_t ForceBalance::record() const {
+    return (sizeof(SlotExchange) + (sharp_slot_.empty() ? 0 : sizeof(SharpSlot))) / sizeof(double);
+}
+
+ForceBalance::SlotRecord ForceBalance::record_of(std::size_t slot) const {
+    struct Both {
+        SlotExchange exchange;
+        SharpSlot sharp;
+    };
+    return std::bit_cast<SlotRecord>(Both{exchange_[slot], sharp_slot_.empty() ? SharpSlot{} : sharp_slot_[slot]});
+}
+
 std::vector<double> ForceBalance::saved(const Communicator& comm) const {
     std::vector<double> mine;
     for_slots([&](std::int64_t in_scene, std::size_t slot) {
         mine.push_back(static_cast<double>(in_scene));
-        const auto numbers = std::bit_cast<SlotRecord>(exchange_[slot]);
-        mine.insert(mine.end(), numbers.begin(), numbers.end());
+        const SlotRecord numbers = record_of(slot);
+        mine.insert(mine.end(), numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(record()));
     });
     const std::vector<double> all = comm.all_gather(mine);
     std::vector<double> sorted(saved_numbers());
-    for (std::size_t at = 0; at < all.size(); at += record + 1)
-        std::copy_n(&all[at + 1], record, &sorted[record * static_cast<std::size_t>(all[at])]);
+    for (std::size_t at = 0; at < all.size(); at += record() + 1)
+        std::copy_n(&all[at + 1], record(), &sorted[record() * static_cast<std::size_t>(all[at])]);
     return sorted;
 }
 
 void ForceBalance::restore(std::span<const double> saved) {
     for_slots([&](std::int64_t in_scene, std::size_t slot) {
-        SlotRecord numbers;
-        std::copy_n(&nth(saved, to_index(in_scene) * record), record, numbers.begin());
-        exchange_[slot] = std::bit_cast<SlotExchange>(numbers);
+        const auto numbers = saved.subspan(to_index(in_scene) * record(), record());
+        const auto take = [&](auto& to, std::size_t from) {
+            std::array<double, sizeof(to) / sizeof(double)> part;
+            std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(from), part.size(), part.begin());
+            to = std::bit_cast<std::remove_reference_t<decltype(to)>>(part);
+        };
+        take(exchange_[slot], 0);
+        if (!sharp_slot_.empty()) take(sharp_slot_[slot], sizeof(SlotExchange) / sizeof(double));
     });
 }
 
 std::uint64_t ForceBalance::digest() const {
     std::uint64_t sum = 0;
     for_slots([&](std::int64_t in_scene, std::size_t slot) {
-        sum += hash_numbers(in_scene, std::bit_cast<SlotRecord>(exchange_[slot]));
+        sum += hash_numbers(in_scene, std::span<const double>(record_of(slot)).first(record()));
     });
     return sum;
 }

@@ -4,10 +4,11 @@
 //   end of a step    L = (1 - theta) L + m_A dv,   m_A = m_hat - (1 - beta) m                                  (88a)
 //   in a stage       m_hat v' = F - (rho/rho_s) m g + (rho h^3 sum_m w_m N_m u_m - K v + D)/tau + (theta/h_t) L  (89)
 //   end of a stage   D -= rho h^3 sum_m N_m du_m + integral over tau of the fluid's force in (89)               (90)
-//   conserved        rho h^3 sum_x u + sum_slots((1 - beta) m v + L + D)                                        (91)
+//   conserved        rho h^3 sum_x u + sum_slots((1 - beta) m v + L + D - S)                                    (91)
 //
 //   D      residual impulse            beta   displaced share of the inertia     w_m, u_m   response of marker m
 //   L      momentum of the added mass  m_hat  effective mass                     N_m        its share in the slot
+//   S      momentum of shifts, of sharp rods (155b)
 //   theta  relaxation fraction         K      drag coefficient                   du_m       its change of velocity
 //   h_t    length of a step            tau    length of a stage                  u          velocity of the fluid
 //
@@ -49,6 +50,12 @@ struct SlotExchange {
     Vec3d residual_angular_impulse{0, 0, 0}; ///< D of the element, N m s
     Vec3d added_momentum{0, 0, 0};           ///< L of the node, N s
     Vec3d added_angular_momentum{0, 0, 0};   ///< L of the element, N m s
+};
+
+/// What a slot of a rod with a sharp surface keeps from its last stage, lab components.
+struct SharpSlot {
+    Vec3d shifted{0, 0, 0};                           ///< S of the node, N s
+    Vec3d mean_velocity{0, 0, 0}, mean_spin{0, 0, 0}; ///< of the node and the element, m/s, rad/s
 };
 
 class ForceBalance {
@@ -97,11 +104,14 @@ public:
     /// Terms of (91) of own slots, kg m/s.
     std::vector<Vec3d> momentum(double lag) const;
 
-    /// Numbers of a slot in a checkpoint: its SlotExchange.
-    static constexpr std::size_t record = 12;
+    /// Mean rates of a slot of own rod i in the last stage. The rod has a sharp surface.
+    const SharpSlot& sharp_slot(std::size_t i, std::size_t k) const { return sharp_slot_[loads_->first(i) + k]; }
+
+    /// Numbers of a slot in a checkpoint: its SlotExchange, and its SharpSlot if some rods have sharp surfaces.
+    std::size_t record() const;
     /// Records of all slots of the scene, in their order. Collective.
     std::vector<double> saved(const Communicator& comm) const;
-    std::size_t saved_numbers() const { return record * slots_of_scene_; }
+    std::size_t saved_numbers() const { return record() * slots_of_scene_; }
     void restore(std::span<const double> saved);
     std::uint64_t digest() const;
 
@@ -112,13 +122,22 @@ private:
         Vec3d spin{0, 0, 0};                ///< rad/s, body, at the begin of the step
         Vec3d own_impulse{0, 0, 0};         ///< N s, part of the stage's load that fluid and markers do not exert
         Vec3d own_angular_impulse{0, 0, 0}; ///< N m s, same part of the couple
-        Vec3d stage_place{0, 0, 0};         ///< m, of a rod with a sharp surface at the begin of the stage
-        Vec3d stage_velocity{0, 0, 0};      ///< m/s, of it then
-        Vec3d gain{0, 0, 0};                ///< m/s, its mean velocity in the stage less that
-        Vec3d shared{0, 0, 0};              ///< kg, drag of an element that the other end's velocity decides
         Vec3d impulse{0, 0, 0};             ///< N s, of a body with a sharp surface in the whole step
         Vec3d angular_impulse{0, 0, 0};     ///< N m s, of it, lab
     };
+    /// A slot of a rod with a sharp surface at the begin of a stage, its mean rates in the stage less those, and the
+    /// drags of its element that rates of the next node and of other elements decide.
+    struct SharpStage {
+        Vec3d place, velocity; ///< m, m/s
+        Mat3d frame;
+        Vec3d spin;                       ///< rad/s, lab
+        Vec3d gain, turn_gain;            ///< m/s; rad/s, lab
+        Vec3d shared;                     ///< kg
+        std::array<Vec3d, 2> turn_shared; ///< kg m^2, axes of the element: by the element before and the next one
+    };
+    /// Numbers of a slot in a checkpoint, of which `record()` are in use.
+    using SlotRecord = std::array<double, (sizeof(SlotExchange) + sizeof(SharpSlot)) / sizeof(double)>;
+    SlotRecord record_of(std::size_t slot) const;
     /// Sets the impulses of a body with a sharp surface for the whole step, (145).
     void begin_step_of_sharp(std::size_t i, const RodCopy& body, const RigidMotion& slip);
     /// Momentum that a body has besides the fluid within it, about its centre of mass, lab.
@@ -150,6 +169,7 @@ private:
     /// Adds the responses of the elements of a rod with a sharp surface to its loads.
     void add_sharp_responses(std::size_t i, const RodCopy& rod, std::span<const SharpForcing::Response> responses,
                              std::span<FluidLoad> load);
+    void begin_sharp_stage(std::size_t i, const RodCopy& rod, std::span<const SharpForcing::Response> responses);
     /// Takes what the elements of own rod i, which has a sharp surface, have given off its residual impulses.
     void take_given(std::size_t i, std::span<const SharpForcing::GivenByElement> given);
     /// Gives each of the slots of shared nodes its part of a sum of theirs: members of SlotExchange or FluidLoad.
@@ -178,9 +198,11 @@ private:
     std::vector<SharedNode> shared_;
     std::vector<std::int64_t> first_slot_; ///< by group: its first slot in the scene
     std::size_t slots_of_scene_ = 0;
-    std::vector<SlotExchange> exchange_; ///< by own slot, in the order of loads_
-    std::vector<SlotStep> step_;         ///< by own slot
-    std::vector<BodyStep> body_step_;    ///< by own slot; empty without bodies
+    std::vector<SlotExchange> exchange_;  ///< by own slot, in the order of loads_
+    std::vector<SharpSlot> sharp_slot_;   ///< by own slot; empty without rods with sharp surfaces
+    std::vector<SlotStep> step_;          ///< by own slot
+    std::vector<BodyStep> body_step_;     ///< by own slot; empty without bodies
+    std::vector<SharpStage> sharp_stage_; ///< by own slot; empty without rods with sharp surfaces
     std::vector<Vec3d> place_, off_; ///< by marker at the begin of the stage: place and distance from the axis, m, lab
 };
 

@@ -144,19 +144,27 @@ void Immersion::place(double time, Markers& markers) const {
 
 std::vector<Immersion::SharpMotion> Immersion::present_motions() const {
     // Each element as a body: place and velocity of its first node; a rod has its last node after them.
-    std::vector<std::vector<BodyMotion>> of_own(rods_->rods().local().size());
+    struct Slot {
+        BodyMotion body;
+        Vec3d inner_velocity, inner_spin;
+    };
+    std::vector<std::vector<Slot>> of_own(rods_->rods().local().size());
     rods_->read(lag_, [&](int, std::size_t i, const RodCopy& rod) {
         if (rods_->sharp_number(i) < 0) return;
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             const Mat3d& frame = rod.frames[std::min(k, rod.frames.size() - 1)];
-            of_own[i].push_back({lane(rod.state[k].position, 0) - box_shift_, lane(rod.state[k].velocity, 0),
-                                 transpose_times(frame, lane(rod.state[k].spin, 0)), frame});
+            const BodyMotion body{lane(rod.state[k].position, 0) - box_shift_, lane(rod.state[k].velocity, 0),
+                                  transpose_times(frame, lane(rod.state[k].spin, 0)), frame};
+            of_own[i].push_back({body, body.velocity, body.spin});
+            if (!balance_ || !rods_->is_sharp_rod(i)) continue;
+            const SharpSlot& slot = balance_->sharp_slot(i, k);
+            of_own[i].back() = {body, slot.mean_velocity, slot.mean_spin};
         }
     });
-    using Record = std::array<double, sizeof(BodyMotion) / sizeof(double)>;
+    using Record = std::array<double, sizeof(Slot) / sizeof(double)>;
     std::vector<double> mine;
     for (std::size_t i = 0; i < of_own.size(); ++i)
-        for (const BodyMotion& slot : of_own[i]) {
+        for (const Slot& slot : of_own[i]) {
             mine.push_back(static_cast<double>(rods_->sharp_number(i)));
             const auto numbers = std::bit_cast<Record>(slot);
             mine.insert(mine.end(), numbers.begin(), numbers.end());
@@ -166,7 +174,7 @@ std::vector<Immersion::SharpMotion> Immersion::present_motions() const {
     for (std::size_t at = 0; at < all.size(); at += 1 + std::tuple_size_v<Record>) {
         Record numbers;
         std::copy_n(&all[at + 1], numbers.size(), numbers.begin());
-        const auto slot = std::bit_cast<BodyMotion>(numbers);
+        const auto [slot, inner_velocity, inner_spin] = std::bit_cast<Slot>(numbers);
         SharpMotion& to = motions[static_cast<std::size_t>(all[at])];
         const bool first = to.rod.node.empty();
         if (first) to.body = slot;
@@ -174,19 +182,25 @@ std::vector<Immersion::SharpMotion> Immersion::present_motions() const {
         to.rod.velocity.push_back(slot.velocity);
         to.rod.frame.push_back(slot.axes);
         to.rod.spin.push_back(slot.spin);
+        to.inner_velocity.push_back(inner_velocity);
+        to.inner_spin.push_back(inner_spin);
     }
     for (SharpMotion& to : motions)
         if (to.rod.node.size() > 1) { // the last slot has no element
             to.rod.frame.pop_back();
             to.rod.spin.pop_back();
+            to.inner_spin.pop_back();
         }
     return motions;
 }
 
 void Immersion::set_motion(std::size_t sharp, const SharpMotion& begin, const SharpMotion& end) {
     const std::size_t body = sharp_.size() + sharp;
-    if (rods_->constants_of_sharp(sharp).body()) surfaces_->set_motion(body, begin.body, end.body);
-    else surfaces_->set_motion(body, begin.body.place, begin.rod, end.body.place, end.rod);
+    if (rods_->constants_of_sharp(sharp).body()) return surfaces_->set_motion(body, begin.body, end.body);
+    RodMotion before = begin.rod;
+    before.velocity = begin.inner_velocity;
+    before.spin = begin.inner_spin;
+    surfaces_->set_motion(body, begin.body.place, std::move(before), end.body.place, end.rod);
 }
 
 void Immersion::expect_rods(const FlowStage& stage) {

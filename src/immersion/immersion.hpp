@@ -105,6 +105,7 @@ private:
     struct SharpMotion {
         BodyMotion body;
         RodMotion rod;
+        std::vector<Vec3d> inner_velocity, inner_spin; ///< of the fluid within: mean rates of the last stage
     };
     /// Motions of all bodies and rods with sharp surfaces as they are now. Collective.
     std::vector<SharpMotion> present_motions() const;

@@ -17,6 +17,8 @@ Vec3d along(int component, double value) {
     return {component == 0 ? value : 0, component == 1 ? value : 0, component == 2 ? value : 0};
 }
 
+Vec3d vector(const double* numbers) { return {numbers[0], numbers[1], numbers[2]}; }
+
 } // namespace
 
 SharpForcing::SharpForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
@@ -40,12 +42,25 @@ double SharpForcing::pull_of(const SharpNode& node, const std::array<double*, 3>
     return pull;
 }
 
-void SharpForcing::add(const SharpNode& node, double change, std::vector<RowSum>& sums, bool next_row) {
-    const std::uint32_t of = 3 * node.piece + node.component;
-    if (next_row || sums.back().of != of) sums.push_back({0, 0, {0, 0, 0}, of});
-    sums.back().change += change;
-    sums.back().at_end += node.along * change;
-    sums.back().moment += cross(node.arm, along(node.component, change));
+SharpForcing::Moments SharpForcing::moments(const SharpNode& node) const {
+    const Vec3d whole = cross(node.arm, along(node.component, 1));
+    if (node.of_other == 0) return {whole, {0, 0, 0}, {0, 0, 0}};
+    const Vec3d t = nodes_.swept(node)->tangent(node.piece - nodes_.first_piece(node.body)),
+                across = whole - dot(whole, t) * t, of_other = node.of_other * across;
+    return {whole - of_other, of_other, across};
+}
+
+void SharpForcing::add(const SharpNode& node, double change, std::vector<RowSum>& sums, bool next_row) const {
+    const std::uint32_t of = 3 * node.piece + node.component, other = 3 * node.other + node.component;
+    if (next_row || sums.back().of != of || sums.back().other != other) sums.push_back({.of = of, .other = other});
+    const Moments moment = moments(node);
+    RowSum& sum = sums.back();
+    sum.change += change;
+    sum.at_end += node.along * change;
+    sum.moment += change * moment.own;
+    sum.moment_of_other += change * moment.of_other;
+    sum.shifted += node.share * node.shift;
+    sum.shifted_at_end += node.along * (node.share * node.shift);
 }
 
 template <class Give> double SharpForcing::velocity_after(std::span<const SharpNode> nodes, std::size_t& n,
@@ -101,29 +116,38 @@ void SharpForcing::add(const SharpNode& node, const Change& change, std::vector<
                        bool next_row) const {
     const SweptSurface* const rod = nodes_.swept(node);
     if (!rod) return;
-    const std::uint32_t of = 3 * node.piece + node.component;
-    if (next_row || sums.empty() || sums.back().of != of) sums.push_back({{}, of});
-    const double a = node.along, third = change.share / 3;
-    const Vec3d off = rod->frame(node.piece - nodes_.first_piece(node.body)) * node.arm, squared = scale(off, off),
-                moment = cross(node.arm, along(node.component, change.given));
-    const std::array<double, ResponseSum::columns> own{(1 - a) * change.given,
-                                                       a * change.given,
-                                                       (1 - a) * change.share,
-                                                       a * change.share,
-                                                       moment.x,
-                                                       moment.y,
-                                                       moment.z,
-                                                       third * (squared.y + squared.z),
-                                                       third * (squared.x + squared.z),
-                                                       third * (squared.x + squared.y),
-                                                       a * (1 - a) * change.share};
-    for (std::size_t c = 0; c < own.size(); ++c) sums.back().number[c] += own[c];
+    const std::uint32_t of = 3 * node.piece + node.component, other = 3 * node.other + node.component;
+    if (next_row || sums.empty() || sums.back().of != of || sums.back().other != other)
+        sums.push_back({.of = of, .other = other});
+    const std::size_t first = nodes_.first_piece(node.body);
+    const auto squared = [&](std::uint32_t piece, const Vec3d& moment) {
+        const Vec3d m = rod->frame(piece - first) * moment;
+        return scale(m, m);
+    };
+    // Sums over rows of the drags of all spins together, so that equal spins have all of them. theory.md (155a)
+    const auto [own, of_other, across] = moments(node);
+    const double a = node.along, s = node.of_other;
+    const Vec3d about = squared(node.piece, across), twist = squared(node.piece, own - (1 - s) * across);
+    ResponseSum& sum = sums.back();
+    sum.given[0] += (1 - a) * change.given;
+    sum.given[1] += a * change.given;
+    sum.drag[0] += (1 - a) * change.share;
+    sum.drag[1] += a * change.share;
+    sum.shared += a * (1 - a) * change.share;
+    sum.shifted[0] += (1 - a) * (node.share * node.shift);
+    sum.shifted[1] += a * (node.share * node.shift);
+    sum.turn_given += change.given * own;
+    sum.turn_drag += change.share * (twist + (1 - s) * about);
+    if (s == 0) return;
+    sum.turn_given_of_other += change.given * of_other;
+    sum.turn_drag_of_other += (s * change.share) * squared(node.other, across);
+    sum.turn_shared[a < 0.5 ? 0 : 1] += (s * (1 - s) * change.share) * about;
 }
 
 void SharpForcing::find_responses(const FlowStage& stage) {
     const Timers::Guard timing(seconds_);
     nodes_.settle(stage.time, stage.dt);
-    constexpr std::size_t columns = ResponseSum::columns;
+    constexpr std::size_t columns = 19;
     std::vector<std::vector<ResponseSum>> of_planes(to_index(layout_.nz));
     threads_.for_each(of_planes.size(), [&](std::size_t k, int) {
         nodes_.for_lists(static_cast<int>(k), [&](std::span<const SharpNode> nodes) {
@@ -139,8 +163,16 @@ void SharpForcing::find_responses(const FlowStage& stage) {
     std::vector<std::uint32_t> of;
     for (const auto& plane : of_planes)
         for (const ResponseSum& sum : plane) {
-            terms.insert(terms.end(), sum.number.begin(), sum.number.end());
+            const auto &g = sum.turn_given, &d = sum.turn_drag, &from = sum.turn_shared[0], &to = sum.turn_shared[1];
+            terms.insert(terms.end(),
+                         {sum.given[0], sum.given[1], sum.drag[0], sum.drag[1], sum.shared, sum.shifted[0],
+                          sum.shifted[1], g.x, g.y, g.z, d.x, d.y, d.z, from.x, from.y, from.z, to.x, to.y, to.z});
             of.push_back(sum.of);
+            if (sum.other == sum.of) continue;
+            const auto &given = sum.turn_given_of_other, &drag = sum.turn_drag_of_other;
+            terms.insert(terms.end(),
+                         {0, 0, 0, 0, 0, 0, 0, given.x, given.y, given.z, drag.x, drag.y, drag.z, 0, 0, 0, 0, 0, 0});
+            of.push_back(sum.other);
         }
     const std::vector<double> all = exact_sums(
         comm_, threads_, {terms.data(), of.size(), columns, columns, 3 * response_of_piece_.size(), of.data()});
@@ -152,10 +184,12 @@ void SharpForcing::find_responses(const FlowStage& stage) {
             for (std::size_t end = 0; end < 2; ++end) {
                 here.given[end] += cell * along(c, sum[end]);
                 here.drag[end] += cell * along(c, sum[2 + end]);
+                here.shifted[end] += cell * along(c, sum[5 + end]);
+                here.turn_shared[end] += cell * vector(sum + 13 + 3 * end);
             }
-            here.turn_given += cell * Vec3d{sum[4], sum[5], sum[6]};
-            here.turn_drag += cell * Vec3d{sum[7], sum[8], sum[9]};
-            here.shared += cell * along(c, sum[10]);
+            here.shared += cell * along(c, sum[4]);
+            here.turn_given += cell * vector(sum + 7);
+            here.turn_drag += cell * vector(sum + 10);
         }
     }
 }
@@ -271,13 +305,18 @@ void SharpForcing::end_sweeps(const FlowStage& stage) {
 }
 
 void SharpForcing::add_given(const std::vector<std::vector<RowSum>>& of_planes) {
-    constexpr std::size_t columns = 5;
+    constexpr std::size_t columns = 7;
     std::vector<double> changes;
     std::vector<std::uint32_t> of;
     for (const std::vector<RowSum>& sums : of_planes)
         for (const RowSum& sum : sums) {
-            changes.insert(changes.end(), {sum.change, sum.moment.x, sum.moment.y, sum.moment.z, sum.at_end});
+            changes.insert(changes.end(), {sum.change, sum.moment.x, sum.moment.y, sum.moment.z, sum.at_end,
+                                           sum.shifted, sum.shifted_at_end});
             of.push_back(sum.of);
+            if (sum.other == sum.of) continue;
+            const Vec3d& other = sum.moment_of_other;
+            changes.insert(changes.end(), {0, other.x, other.y, other.z, 0, 0, 0});
+            of.push_back(sum.other);
         }
     const std::vector<double> all =
         exact_sums(comm_, threads_, {changes.data(), of.size(), columns, columns, 3 * of_piece_.size(), of.data()});
@@ -289,8 +328,10 @@ void SharpForcing::add_given(const std::vector<std::vector<RowSum>>& of_planes) 
             for (int c = 0; c < 3; ++c) {
                 const double* const sum = &all[columns * (3 * p + to_index(c))];
                 here.whole.linear += cell_volume * along(c, sum[0]);
-                here.whole.angular += cell_volume * Vec3d{sum[1], sum[2], sum[3]};
+                here.whole.angular += cell_volume * vector(sum + 1);
                 here.at_end += cell_volume * along(c, sum[4]);
+                here.shifted[0] += cell_volume * along(c, sum[5] - sum[6]);
+                here.shifted[1] += cell_volume * along(c, sum[6]);
             }
             given_[b] += rod ? about_first_node(here, *rod, p - nodes_.first_piece(b)) : here.whole;
         }
@@ -299,7 +340,7 @@ void SharpForcing::add_given(const std::vector<std::vector<RowSum>>& of_planes) 
 
 GivenMomentum SharpForcing::about_first_node(const GivenByElement& given, const SweptSurface& rod,
                                              std::size_t element) {
-    const auto& [whole, at_end] = given;
+    const auto& [whole, at_end, _] = given;
     return {whole.linear,
             whole.angular + cross(rod.node(element), whole.linear - at_end) + cross(rod.node(element + 1), at_end)};
 }

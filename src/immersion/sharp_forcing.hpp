@@ -49,6 +49,7 @@ public:
     struct GivenByElement {
         GivenMomentum whole;
         Vec3d at_end{0, 0, 0};
+        std::array<Vec3d, 2> shifted{}; ///< m^4/s, at its begin and end: what the fluid within has by shifts (155b)
     };
     std::span<const GivenByElement> given_by_rod(std::size_t body) const {
         return std::span(of_piece_).subspan(nodes_.first_piece(body),
@@ -56,11 +57,13 @@ public:
     }
     /// Impulse that an element of a rod would give the fluid in the stage that begins at its present rates, at its
     /// begin and its end and about its axis, and by how much more for each of a velocity and of a spin about d1, d2,
-    /// d3, over density. theory.md (154)
+    /// d3, over density. theory.md (154), (155a)
     struct Response {
         std::array<Vec3d, 2> given{}, drag{};          ///< m^4/s, m^3
         Vec3d shared{0, 0, 0};                         ///< m^3: of drag, what the velocity of the other end decides
+        std::array<Vec3d, 2> shifted{};                ///< m^4/s, as in GivenByElement
         Vec3d turn_given{0, 0, 0}, turn_drag{0, 0, 0}; ///< m^5/s, m^5
+        std::array<Vec3d, 2> turn_shared{}; ///< m^5: of turn_drag, what spins of the elements before and behind decide
     };
     /// Finds the responses of all rods from the flow at the end of an explicit stage without bodies, which are at
     /// their expected places. Collective.
@@ -86,18 +89,26 @@ public:
 private:
     SharpForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, double kinematic_viscosity,
                  std::vector<SharpBody> bodies, const Pencils& pencils);
-    /// Sum of changes of nodes of a row by one body: of a component, m/s, and their moments, m^2/s.
+    /// Sums over nodes of a row by one body: of changes of a component, m/s, of their moments, m^2/s, and of shifts.
     struct RowSum {
-        double change, at_end;
-        Vec3d moment;
-        std::uint32_t of; ///< 3 piece + component
+        double change = 0, at_end = 0, shifted = 0, shifted_at_end = 0;
+        Vec3d moment{0, 0, 0}, moment_of_other{0, 0, 0};
+        std::uint32_t of, other; ///< 3 piece + component
     };
-    static void add(const SharpNode& node, double change, std::vector<RowSum>& sums, bool next_row);
+    /// Moments of a change of 1 at a node about the axis, m: what its element and another one take of it, and the part
+    /// across the axis.
+    struct Moments {
+        Vec3d own, of_other, across;
+    };
+    Moments moments(const SharpNode& node) const;
+    void add(const SharpNode& node, double change, std::vector<RowSum>& sums, bool next_row) const;
     /// The same of what Response has.
     struct ResponseSum {
-        static constexpr std::size_t columns = 11;
-        std::array<double, columns> number;
-        std::uint32_t of; ///< 3 piece + component
+        std::array<double, 2> given{}, drag{}, shifted{};
+        double shared = 0;
+        Vec3d turn_given{0, 0, 0}, turn_drag{0, 0, 0}, turn_given_of_other{0, 0, 0}, turn_drag_of_other{0, 0, 0};
+        std::array<Vec3d, 2> turn_shared{};
+        std::uint32_t of, other; ///< 3 piece + component
     };
     struct Change;
     void add(const SharpNode& node, const Change& change, std::vector<ResponseSum>& sums, bool next_row) const;

@@ -110,6 +110,7 @@ private:
         const auto& rod = all_.bodies_[image.body].swept;
         if (!rod) {
             take(velocity(image, one.arm), velocity_before(image, one.arm));
+            one.other = one.piece;
             return one;
         }
         const SweptSurface::Foot foot = rod->nearest(one.arm);
@@ -117,6 +118,10 @@ private:
         one.arm = foot.off;
         one.along = foot.along;
         one.share = rod->share(foot);
+        const SweptSurface::Turning turning = rod->turning(foot);
+        one.of_other = turning.share;
+        one.other = one.piece + static_cast<std::uint32_t>(turning.other);
+        one.shift = component_of(rod->shift(foot), component_);
         one.piece += foot.element;
         return one;
     }
@@ -129,6 +134,7 @@ private:
         one.excess = cut.weights.excess;
         one.pull = cut.weights.excess * one.velocity;
         one.closed = cut.weights.closed_share;
+        one.shift = 0;
         one.again = again;
         for (int d = 0; d < 3; ++d) {
             const double ahead = nth(cut.weights.ahead, d);

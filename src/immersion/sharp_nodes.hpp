@@ -48,10 +48,13 @@ struct SharpNode {
     double gain = 0;        ///< of the body's velocity here in the stage, m/s
     Vec3d arm;              ///< from the body's origin, or from the axis of a rod, m
     double along = 0;       ///< share of the element of a rod
+    double of_other = 0;    ///< share of another element in the spin across the axis
+    double shift = 0;       ///< part of `velocity` by which sections take the volume of bending back, m/s
     double share = 1;       ///< of its action, whose rest markers have
     std::array<double, 3> ahead{};
     std::uint32_t body;
     std::uint32_t piece; ///< number among the pieces of all bodies
+    std::uint32_t other; ///< number of the piece of that element
     std::int32_t row;
     std::uint8_t component;
     std::array<std::int8_t, 3> side{};

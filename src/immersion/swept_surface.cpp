@@ -45,12 +45,13 @@ RodMotion RodMotion::after(double time) const {
 
 void RodMotion::take_means(const RodMotion& begin, const Vec3d& way, double time) {
     for (std::size_t i = 0; i < node.size(); ++i) velocity[i] = (1 / time) * (node[i] - begin.node[i] + way);
-    for (std::size_t k = 0; k < frame.size(); ++k) {
-        const Mat3d &from = begin.frame[k], &to = frame[k];
-        const Vec3d sine = 0.5 * (cross(from.d1, to.d1) + cross(from.d2, to.d2) + cross(from.d3, to.d3));
-        const double length = norm(sine);
-        spin[k] = (length > 0 ? std::asin(std::min(length, 1.0)) / (length * time) : 0) * sine;
-    }
+    for (std::size_t k = 0; k < frame.size(); ++k) spin[k] = mean_spin(begin.frame[k], frame[k], time);
+}
+
+Vec3d mean_spin(const Mat3d& from, const Mat3d& to, double time) {
+    const Vec3d sine = 0.5 * (cross(from.d1, to.d1) + cross(from.d2, to.d2) + cross(from.d3, to.d3));
+    const double length = norm(sine);
+    return (length > 0 ? std::asin(std::min(length, 1.0)) / (length * time) : 0) * sine;
 }
 
 SweptSurface::SweptSurface(Rod rod)
@@ -206,15 +207,44 @@ void SweptSurface::take_nearer(std::size_t k, const Vec3d& place, Foot& best) co
         best = {static_cast<std::uint32_t>(k), along, off, distance};
 }
 
+SweptSurface::Turning SweptSurface::turning(const Foot& foot) const {
+    const std::size_t k = foot.element, n = element_.size();
+    const bool later = foot.along >= 0.5, alone = !closed_ && !endless() && (later ? k + 1 == n : k == 0);
+    if (alone || n == 1) return {k, 0, 0};
+    const std::size_t other = later ? (k + 1) % n : (k + n - 1) % n;
+    const double way = 0.5 * (length_[k] + length_[other]);
+    return {other, std::abs(foot.along - 0.5) * length_[k] / way, (later ? 1 : -1) / way};
+}
+
+Vec3d SweptSurface::spin_gain(const RodMotion& motion, const Foot& foot, const Turning& turning) const {
+    const Vec3d more = motion.spin[turning.other] - motion.spin[foot.element], t = tangent(foot.element);
+    return more - dot(more, t) * t; // elements that twist slide on each other, without divergence
+}
+
+Vec3d SweptSurface::shift_of(const RodMotion& motion, const Foot& foot, const Turning& turning) const {
+    if (turning.share == 0) return {0, 0, 0};
+    const Vec3d apart = turning.per_way * cross(tangent(foot.element), spin_gain(motion, foot, turning));
+    const Mat3d& frame = now_.frame[foot.element];
+    const Half half = half_at(foot.element, foot.along);
+    const double a = half.along_d1, b = section_ == SweptSection::plate ? 0 : half.along_d2,
+                 x = dot(foot.off, frame.d1) / a, y = b > 0 ? dot(foot.off, frame.d2) / b : 0;
+    const bool round = section_ == SweptSection::ellipse; // the other sections have flat sides
+    const double by_d1 = a * a * std::max(0.0, 1 - x * x - (round ? y * y : 0)),
+                 by_d2 = b * b * std::max(0.0, 1 - y * y - (round ? x * x : 0));
+    return (0.5 * by_d1 * dot(apart, frame.d1)) * frame.d1 + (0.5 * by_d2 * dot(apart, frame.d2)) * frame.d2;
+}
+
 Vec3d SweptSurface::velocity_of(const RodMotion& motion, const Foot& foot) const {
     const std::size_t k = foot.element;
-    const Vec3d axis = now_.node[k + 1] - now_.node[k], t = (1 / length_[k]) * axis,
-                gain = motion.velocity[k + 1] - motion.velocity[k];
+    const Vec3d t = tangent(k), gain = motion.velocity[k + 1] - motion.velocity[k];
     const double rate = dot(gain, t) / length_[k]; // of the stretch
     const Vec3d& d1 = now_.frame[k].d1;
     const Vec3d narrows =
         section_ == SweptSection::plate ? dot(foot.off, d1) * d1 : 0.5 * (foot.off - dot(foot.off, t) * t);
-    return motion.velocity[k] + foot.along * gain + cross(motion.spin[k], foot.off) - rate * narrows; // (153)
+    const Turning at = turning(foot);
+    const Vec3d spin = motion.spin[k] + at.share * spin_gain(motion, foot, at);
+    return motion.velocity[k] + foot.along * gain + cross(spin, foot.off) - rate * narrows +
+           shift_of(motion, foot, at); // (153)
 }
 
 } // namespace skein

@@ -29,6 +29,9 @@ struct RodMotion {
     void take_means(const RodMotion& begin, const Vec3d& way, double time);
 };
 
+/// Mean spin that turns one frame into another one in a time, s: rad/s, lab.
+Vec3d mean_spin(const Mat3d& from, const Mat3d& to, double time);
+
 /// Share of a rod's action on the fluid within an element, by those of nodes.
 inline double share_at(std::span<const double> of_nodes, std::size_t element, double along) {
     return (1 - along) * of_nodes[element] + along * of_nodes[element + 1];
@@ -71,6 +74,16 @@ public:
     /// Velocity of the point of the rod there, m/s, at the end and the begin of the stage.
     Vec3d velocity(const Foot& foot) const { return velocity_of(now_, foot); }
     Vec3d velocity_before(const Foot& foot) const { return velocity_of(before_, foot); }
+    /// Spin across the axis at a foot: linear between the middles of its element and another one.
+    struct Turning {
+        std::size_t other;
+        double share, per_way; ///< of the other's spin; 1 over the way between them, 1/m, below 0 towards the begin
+    };
+    Turning turning(const Foot& foot) const;
+    /// Part of velocity() across the axis by which sections take the volume of bending back, 0 at the surface.
+    Vec3d shift(const Foot& foot) const { return shift_of(now_, foot, turning(foot)); }
+    /// Direction of an element's axis.
+    Vec3d tangent(std::size_t k) const { return (1 / length_[k]) * (now_.node[k + 1] - now_.node[k]); }
     const Mat3d& frame(std::size_t element) const { return now_.frame[element]; }
     /// Place of a node from the first one, m.
     const Vec3d& node(std::size_t number) const { return now_.node[number]; }
@@ -87,6 +100,9 @@ private:
     /// Distance from the surface of a section, m, `beyond` its plane at a joint.
     double from_section(const Half& half, double y1, double y2, double beyond) const;
     Vec3d velocity_of(const RodMotion& motion, const Foot& foot) const;
+    /// What the spin of the other element has more than that of the foot's, across the axis, rad/s.
+    Vec3d spin_gain(const RodMotion& motion, const Foot& foot, const Turning& turning) const;
+    Vec3d shift_of(const RodMotion& motion, const Foot& foot, const Turning& turning) const;
     /// Place from the first node in coordinates of cubes; plates have two.
     Vec3d in_cubes(const Vec3d& place) const;
     Foot nearest_of(std::span<const std::uint32_t> elements, const Vec3d& place) const;

@@ -117,15 +117,6 @@ std::string of_light_rods(const RodsInFluid& rods) {
         rods.name, rods.density_ratio);
 }
 
-/// Bending whose divergence each stage sets and each projection removes. theory.md, section 30
-std::string of_short_steps(const RodsInFluid& rods, double courant) {
-    return fmt::format(
-        "rods.{}: its surface is sharp, and steps have a Courant number of {:.3g}: the shorter steps are, "
-        "the stiffer it is in bending, by 2 % at 0.1 and 12 % at 0.025 for a rod of four cells across; "
-        "fluid.courant = 0.4 has no such error above 1 %",
-        rods.name, courant);
-}
-
 std::string of_ends_within(const RodsInFluid& rods, const Obstacle& o) {
     return fmt::format("rods.{}: it has a sharp surface and begins within obstacle '{}', which has markers: they push "
                        "the fluid within the rod, which may shorten without limit; obstacle.surface = \"sharp\" holds",
@@ -196,8 +187,6 @@ std::vector<std::string> fluid_doubts(const FluidPlan& fluid, std::span<const Ro
             found.push_back(of_ends_within(rods, *o));
         double length = 0;
         for (const ElementConstants& e : groups[g].element) length += e.rest_length;
-        constexpr double short_steps = 0.2;
-        if (fluid.courant < short_steps) found.push_back(of_short_steps(rods, fluid.courant));
         if (rods.density_ratio < light * (1 - rounding) && length > slender * 2 * rods.least_axis * h)
             found.push_back(of_light_rods(rods));
     }
