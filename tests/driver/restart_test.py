@@ -133,7 +133,7 @@ class Restart(DriverTest):
         self.assertEqual(self.digest("out"), self.digest("whole"))
         with h5py.File(self.checkpoints("out")[-1], "r+") as file:
             file.attrs["version"] = numpy.int64(9)
-        self.assertIn("reads versions 2 to 8", self.run_skein("out", *bare, expect=2).stderr)
+        self.assertIn("reads versions 2 to 9", self.run_skein("out", *bare, expect=2).stderr)
 
     def test_walltime(self):
         self.run_skein("short", "--set", "time.duration=7200", "--walltime", "3", expect=3)

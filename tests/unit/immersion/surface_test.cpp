@@ -198,6 +198,39 @@ RodMotion wave_or_ring(bool ring, int n) {
     return m;
 }
 
+/// Rods whose sections turn more and more along them: what leaves on one side comes back within the section.
+TEST(SweptSurface, RodsThatBendKeepTheirVolume) {
+    constexpr int n = 12;
+    constexpr double length = 0.2;
+    for (const SweptSection section : {SweptSection::ellipse, SweptSection::rectangle, SweptSection::plate}) {
+        RodMotion m;
+        for (int i = 0; i <= n; ++i) {
+            const double s = length * i;
+            m.node.push_back({0, 0, s});
+            m.velocity.push_back({0.35 * s * s, section == SweptSection::plate ? 0 : -0.2 * s * s, 0});
+            if (i == n) break;
+            m.frame.push_back({{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+            const double middle = s + 0.5 * length;
+            m.spin.push_back({section == SweptSection::plate ? 0 : 0.4 * middle, 0.7 * middle, 0});
+        }
+        SweptSurface rod({section, std::vector<SweptSurface::Element>(n, {0.4, 0.3, length})});
+        rod.put(m, m);
+        const auto velocity = [&](const Vec3d& at) { return rod.velocity(rod.nearest(at)); };
+        constexpr double step = 1e-5;
+        for (const double x : {-0.25, 0.1, 0.3})
+            for (const double z : {0.55, 1.13, 1.74}) {
+                const Vec3d at{x, 0.07, z};
+                double divergence = 0;
+                for (const Vec3d& e : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}})
+                    divergence += dot(e, velocity(at + step * e) - velocity(at - step * e)) / (2 * step);
+                EXPECT_LT(std::abs(divergence), 1e-9) << x << " " << z;
+                EXPECT_GT(norm(rod.shift(rod.nearest(at))), 1e-3);
+            }
+        for (const double out : {0.4, 0.5}) // at the surface and beyond it; flat sides slip along themselves
+            EXPECT_LT(std::abs(rod.shift(rod.nearest({out, 0, 0.55})).x), 1e-15);
+    }
+}
+
 TEST(SweptSurface, CubesOfElementsFindTheSameFeet) {
     constexpr int n = 24;
     std::mt19937 random(11);
