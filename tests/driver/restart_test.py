@@ -121,18 +121,18 @@ class Restart(DriverTest):
         self.run_skein("out", *bare, "--until", "3.6")
         newest = self.checkpoints("out")[-1]
         with h5py.File(newest) as file:
-            self.assertEqual((file.attrs["version"], file.attrs["audited"]), (8, 0))
+            self.assertEqual((file.attrs["version"], file.attrs["audited"]), (9, 0))
         resumed = self.run_skein("out", *bare, *self.AUDIT, "--until", "7.2", ranks=2)
         self.assertIn("audit, which begins here", resumed.stdout)
         first = self.summary("out")["observables"]["work_loads[J]"]
         with h5py.File(self.checkpoints("out")[-1]) as file:
-            self.assertEqual((file.attrs["version"], file.attrs["audited"]), (8, 1))
+            self.assertEqual((file.attrs["version"], file.attrs["audited"]), (9, 1))
             self.assertAlmostEqual(sum(file[f"groups/{name}/works"][:, 0, 0].sum() for name in ("cilia", "leaning")), first, delta=1e-12 * abs(first))
         self.run_skein("out", *bare, *self.AUDIT)
         self.run_skein("whole", *bare, *self.AUDIT)
         self.assertEqual(self.digest("out"), self.digest("whole"))
         with h5py.File(self.checkpoints("out")[-1], "r+") as file:
-            file.attrs["version"] = numpy.int64(9)
+            file.attrs["version"] = numpy.int64(10)
         self.assertIn("reads versions 2 to 9", self.run_skein("out", *bare, expect=2).stderr)
 
     def test_walltime(self):
