@@ -211,9 +211,9 @@ class SharpRods(DriverTest):
         self.scene.write_text(scene.replace("viscosity = 0.02", "viscosity = 0.0002"))
         self.run_skein("soft")
         angles = self.frames("soft", "trajectory")["groups/rod/directors"][:, 0, :, 2, 0]
-        alternating = angles @ numpy.resize([1.0, -1.0], 12) / 12
-        self.assertGreater(numpy.abs(angles).max(), 1e-3)
-        self.assertLess(numpy.abs(alternating[-20:]).max(), 1e-4)
+        waves = numpy.cos(math.pi * numpy.outer(numpy.arange(12) + 0.5, [9, 10, 11]) / 12) / 6
+        self.assertGreater(numpy.abs(angles).max(), 0.01)
+        self.assertLess(numpy.abs(angles @ waves)[-20:].max(), 1e-4)
 
     def test_axial_waves_have_the_inertia_of_the_fluid_that_ends_push(self):
         """The disc at the end of a rod moves 4/3 rho a^3 on one side. Sides slip, so the fluid within adds nothing, however coarse cells are."""
@@ -242,7 +242,8 @@ class SharpRods(DriverTest):
             way = alone["centre_zm"][-1] - alone["centre_zm"][0]
             for row in (3, 6, -1):
                 ratio = (within["centre_zm"][row] - within["centre_zm"][0]) / (alone["centre_zm"][row] - alone["centre_zm"][0])
-                self.assertLess(abs(ratio - 0.975), 0.02, (density, row))
+                self.assertLess(ratio, 1, (density, row))
+                self.assertGreater(ratio, 0.95, (density, row))
             self.assertLess(within["centre_ym"][-1] - within["centre_ym"][0], 0.5 * way, density)
             self.assertLess(within["elastic_stretchJ"].max(), 2 * alone["elastic_stretchJ"].max() + 1e-9, density)
 
