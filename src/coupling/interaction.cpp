@@ -177,6 +177,7 @@ std::vector<double> values_of_figures(const Communicator& comm, const Interactio
     std::vector<Figure> figures;
     std::vector<std::vector<double>> terms;
     std::vector<BinnedTotal> own_totals;
+    for (const auto& one : all) one->sum_figures();
     for (const auto& one : all)
         for (Figure& figure : one->figures(sample)) {
             if (figure.of == Figure::Of::sum) terms.push_back(std::move(figure.terms));

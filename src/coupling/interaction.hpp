@@ -146,6 +146,8 @@ public:
     }
     /// Overlaps that it has seen on this rank. Not collective.
     virtual std::span<OverlapWatch> overlaps() { return {}; }
+    /// Sums over ranks that figures() shows. Collective.
+    virtual void sum_figures() {}
     /// Its columns of the time series. Not collective.
     virtual std::vector<Figure> figures([[maybe_unused]] const Sample& sample) const { return {}; }
     /// Its part of the progress line.

@@ -13,7 +13,7 @@ namespace skein {
 DirectForcing::DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
                              const ForcingNumbers& numbers, std::size_t bodies, Place place, bool moves, int across)
     : comm_(comm), threads_(threads), grid_(grid), numbers_(numbers), place_(std::move(place)), moves_(moves),
-      planes_(comm, threads, grid, numbers.delta, across), given_(bodies, Vec3d{0, 0, 0}) {}
+      planes_(comm, threads, grid, numbers.delta, across), given_(comm, threads, grid.h * grid.h * grid.h, bodies) {}
 
 void DirectForcing::settle(const FlowStage& stage) {
     if (settled_ && !moves_) return;
@@ -62,39 +62,6 @@ void DirectForcing::measure_slip(const FlowStage& stage) {
     largest_slip_ = largest_slip();
 }
 
-void DirectForcing::add_given(const std::vector<Vec3d>& changes) {
-    const double cell_volume = grid_.h * grid_.h * grid_.h;
-    const Table table{changes.empty() ? nullptr : &changes[0].x,
-                      changes.size(),
-                      3,
-                      sizeof(Vec3d) / sizeof(double),
-                      given_.size(),
-                      markers_.body.data()};
-    const std::vector<double> sums = exact_sums(comm_, threads_, table);
-    for (std::size_t b = 0; b < given_.size(); ++b)
-        given_[b] += cell_volume * Vec3d{sums[3 * b], sums[3 * b + 1], sums[3 * b + 2]};
-    if (!given_by_part_.empty()) add_given_by_parts(changes);
-}
-
-void DirectForcing::add_given_by_parts(const std::vector<Vec3d>& changes) {
-    constexpr std::size_t columns = 6;
-    std::vector<double> terms;
-    std::vector<std::uint32_t> of;
-    for (std::size_t m = 0; m < changes.size(); ++m) {
-        if (markers_.part[m] == Markers::no_part) continue;
-        const Vec3d &change = changes[m], moment = cross(markers_.arm[m], change);
-        terms.insert(terms.end(), {change.x, change.y, change.z, moment.x, moment.y, moment.z});
-        of.push_back(markers_.part[m]);
-    }
-    const std::vector<double> sums =
-        exact_sums(comm_, threads_, {terms.data(), of.size(), columns, columns, given_by_part_.size(), of.data()});
-    const double cell_volume = grid_.h * grid_.h * grid_.h;
-    for (std::size_t p = 0; p < given_by_part_.size(); ++p) {
-        const double* const sum = &sums[columns * p];
-        given_by_part_[p] += {cell_volume * Vec3d{sum[0], sum[1], sum[2]}, cell_volume * Vec3d{sum[3], sum[4], sum[5]}};
-    }
-}
-
 void DirectForcing::restore_held(std::span<const double> saved) {
     held_.restore(comm_, saved);
     settled_ = false;
@@ -137,7 +104,7 @@ void DirectForcing::take(double times, const FlowStage& stage) {
 void DirectForcing::end_sweeps(const FlowStage& stage) {
     largest_slip_ = largest_slip();
     for (std::size_t m = 0; m < changes_.size(); ++m) changes_[m] = stage.dt * held_.values()[m];
-    add_given(changes_);
+    given_.keep(changes_, markers_);
 }
 
 MarkerResponse DirectForcing::response(std::size_t marker) const {
@@ -220,7 +187,7 @@ void DirectForcing::apply(const FlowStage& stage) {
     if (numbers_.penalty()) apply_springs(stage);
     else apply_sweeps(stage);
     measure_slip(stage);
-    add_given(changes_);
+    given_.keep(changes_, markers_);
 }
 
 } // namespace skein

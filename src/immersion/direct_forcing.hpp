@@ -4,7 +4,8 @@
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
-#include "immersion/given_momentum.hpp"
+#include "immersion/forcing_numbers.hpp"
+#include "immersion/given_sums.hpp"
 #include "immersion/held_forcing.hpp"
 #include "immersion/held_vectors.hpp"
 #include "immersion/marker_planes.hpp"
@@ -16,18 +17,6 @@
 #include <vector>
 
 namespace skein {
-
-struct ForcingNumbers {
-    DeltaKind delta = DeltaKind::three_point;
-    int sweeps = 2;  ///< at most
-    double slip = 0; ///< m/s; sweeps end below it
-    /// Springs and dampers in place of sweeps, by area and density of the fluid, 1/s^2 and 1/s times m; 0: sweeps.
-    double stiffness = 0, damping = 0;
-    bool two_way = false;           ///< rods feel the fluid: sweeps are scaled by sweep_shares()
-    double kinematic_viscosity = 0; ///< m^2/s, at sharp surfaces
-
-    bool penalty() const { return stiffness > 0 || damping > 0; }
-};
 
 /// Response of a marker in (89) to a stage that begins: `volume` of fluid takes the velocity of the marker.
 struct MarkerResponse {
@@ -57,18 +46,13 @@ public:
     void take(double times, const FlowStage& stage) override;
     void end_sweeps(const FlowStage& stage) override;
 
-    /// Momentum over density that each body has given the fluid since reset_given(), m^4/s. All ranks have all bodies.
-    const std::vector<Vec3d>& given() const { return given_; }
-    /// The same of parts of bodies, with moments about their origins: Markers::part, Markers::arm.
-    const std::vector<GivenMomentum>& given_by_part() const { return given_by_part_; }
+    /// Momentum that bodies have given the fluid since its reset().
+    GivenSums& given() { return given_; }
+    const GivenSums& given() const { return given_; }
     /// Sets the number of parts, which `place` numbers.
     void set_parts(std::size_t parts) {
-        given_by_part_.resize(parts);
+        given_.set_parts(parts);
         markers_.has_parts = parts > 0;
-    }
-    void reset_given() {
-        std::fill(given_.begin(), given_.end(), Vec3d{0, 0, 0});
-        std::fill(given_by_part_.begin(), given_by_part_.end(), GivenMomentum{});
     }
     /// Largest slip of any rank after the last step, before its projection, m/s.
     double slip() const { return largest_slip_; }
@@ -104,9 +88,6 @@ private:
     void subtract_velocities();
     /// Finds the largest slip at the end of a step. Collective.
     void measure_slip(const FlowStage& stage);
-    /// Adds the changes of a stage to the momentum given by bodies. Collective.
-    void add_given(const std::vector<Vec3d>& changes);
-    void add_given_by_parts(const std::vector<Vec3d>& changes);
 
     Communicator comm_;
     const Threads& threads_;
@@ -123,8 +104,7 @@ private:
     std::vector<Vec3d> slip_;     ///< marker's velocity minus the fluid's, m/s
     std::vector<Vec3d> changes_;  ///< by marker, m/s; pushes of implicit stages
     std::vector<Vec3d> response_; ///< by marker, m/s
-    std::vector<Vec3d> given_;    ///< by body, m^4/s
-    std::vector<GivenMomentum> given_by_part_;
+    GivenSums given_;
     HeldVectors held_;                       ///< forces of implicit stages, or lengths of springs
     double largest_slip_ = 0, stage_dt_ = 0; ///< m/s; s
     double seconds_ = 0;                     ///< wall time since take_seconds()

@@ -321,7 +321,7 @@ const GivenMomentum* Immersion::given_by_sharp(std::size_t obstacle) const {
 
 Vec3d Immersion::given_by_obstacle(std::size_t obstacle) const {
     const GivenMomentum* const given = given_by_sharp(obstacle);
-    return given ? given->linear : forcing_.given()[obstacle];
+    return given ? given->linear : forcing_.given().of_body()[obstacle];
 }
 
 Vec3d Immersion::force_on_obstacle(std::size_t obstacle, double density, double time) const {
@@ -335,7 +335,7 @@ Vec3d Immersion::force_on_obstacle(std::size_t obstacle, double density, double 
 
 Vec3d Immersion::couple_on_obstacle(std::size_t obstacle, double density, double time) const {
     const GivenMomentum* const sharp = given_by_sharp(obstacle);
-    const GivenMomentum& given = sharp ? *sharp : forcing_.given_by_part()[obstacle];
+    const GivenMomentum& given = sharp ? *sharp : forcing_.given().of_part()[obstacle];
     if (!(time > from_)) return Vec3d{0, 0, 0};
     const Obstacle& o = obstacles_[obstacle];
     const Solid solid = o.solid(grid_);
@@ -351,7 +351,7 @@ Vec3d Immersion::couple_on_obstacle(std::size_t obstacle, double density, double
 
 Vec3d Immersion::force_on_rods(std::size_t group, double density, double time) const {
     if (!(time > from_)) return {0, 0, 0};
-    Vec3d given = forcing_.given()[obstacles_.size() + group];
+    Vec3d given = forcing_.given().of_body()[obstacles_.size() + group];
     for (std::size_t b = 0; b < rods_->sharp_bodies(); ++b)
         if (rods_->group_number_of_sharp(b) == group) given += surfaces_->given()[sharp_.size() + b].linear;
     return (-density / (time - from_)) * given;
@@ -360,7 +360,7 @@ Vec3d Immersion::force_on_rods(std::size_t group, double density, double time) c
 Immersion::MeanLoad Immersion::load_on_single(std::size_t single, double density, double time) const {
     if (!(time > from_)) return {};
     GivenMomentum given;
-    if (!forcing_.given_by_part().empty()) given += forcing_.given_by_part()[obstacles_.size() + single];
+    if (forcing_.given().has_parts()) given += forcing_.given().of_part()[obstacles_.size() + single];
     if (const std::int64_t sharp = rods_->sharp_number(rods_->single()[single]); sharp >= 0)
         given += surfaces_->given()[sharp_.size() + to_index(sharp)];
     const double per_time = -density / (time - from_);

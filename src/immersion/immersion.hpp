@@ -67,6 +67,8 @@ public:
         if (surfaces_) body(surfaces_->held());
     }
 
+    /// Sums over ranks that the following functions show. Collective.
+    void sum_loads() { forcing_.given().sum(); }
     /// Momentum over density that an obstacle has given the fluid since the last begin_interval(), m^4/s.
     Vec3d given_by_obstacle(std::size_t obstacle) const;
     /// Mean force on an obstacle since the last begin_interval(), N, by a fluid of this density.
@@ -82,7 +84,7 @@ public:
     };
     MeanLoad load_on_single(std::size_t single, double density, double time) const;
     void begin_interval(double time) {
-        forcing_.reset_given();
+        forcing_.given().reset();
         if (surfaces_) surfaces_->reset_given();
         from_ = time;
     }

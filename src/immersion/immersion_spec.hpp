@@ -1,7 +1,7 @@
 // Settings of a scene for bodies in the fluid.
 #pragma once
 
-#include "immersion/direct_forcing.hpp"
+#include "immersion/forcing_numbers.hpp"
 #include "immersion/obstacle.hpp"
 #include "skein/core/fields.hpp"
 

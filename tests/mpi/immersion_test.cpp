@@ -52,8 +52,9 @@ Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, D
     flow->set_forcing(&bodies.forcing());
     bodies.begin_interval(0);
     for (int s = 0; s < 6; ++s) flow->step(0.03 * s, 0.03);
+    bodies.sum_loads();
     Swum all;
-    for (const Vec3d& given : bodies.forcing().given()) all.given += constants.density * given;
+    for (const Vec3d& given : bodies.forcing().given().of_body()) all.given += constants.density * given;
     const FlowFigures figures = figures_of(comm, *flow);
     all.gained = figures.momentum;
     all.speed = figures.speed;
@@ -86,6 +87,53 @@ TEST(Obstacles, HaveTheSameBitsOnAnyRanksAndGiveWhatTheFluidGains) {
             EXPECT_LT(norm(here.given - here.gained), 1e-13);
             EXPECT_LT(here.slip, 0.1 * here.speed);
         }
+}
+
+/// Collective calls in three steps of a fluid from its second step on, where bodies with markers rest in it or none
+/// are, and the loads at the end.
+struct Calls {
+    std::int64_t in_steps, in_sums;
+    std::vector<Vec3d> loads;
+
+    Calls(bool has_bodies, bool sums_each_step) {
+        const Communicator comm = Communicator::world();
+        const Threads threads(1);
+        const FlowConstants constants = still_box({24, 20, 16});
+        auto flow = make_flow(comm, threads, constants);
+        flow->set_velocity([](const Vec3d& at) { return Vec3d{1 + at.y, 0.3 * at.z, 0}; });
+        std::vector<Obstacle> at_rest = moving_bodies();
+        for (Obstacle& o : at_rest) o.velocity = o.amplitude = {0, 0, 0};
+        Immersion bodies(comm, threads, constants.grid, {}, at_rest);
+        if (has_bodies) flow->set_forcing(&bodies.forcing());
+        flow->step(0, 0.02);
+        bodies.begin_interval(0.02);
+        const auto calls = [] { return Communicator::traffic().calls; };
+        const std::int64_t before = calls();
+        for (int s = 1; s < 4; ++s) {
+            flow->step(0.02 * s, 0.02);
+            if (sums_each_step) bodies.sum_loads();
+        }
+        in_steps = calls() - before;
+        bodies.sum_loads();
+        in_sums = calls() - before - in_steps;
+        for (std::size_t o = 0; o < at_rest.size(); ++o) {
+            loads.push_back(bodies.force_on_obstacle(o, constants.density, 0.08));
+            loads.push_back(bodies.couple_on_obstacle(o, constants.density, 0.08));
+        }
+    }
+};
+
+/// Steps of a body at rest need the largest slip of all ranks, and nothing else.
+TEST(Obstacles, LoadsAreSummedOverRanksWhereTheyAreAskedFor) {
+    const Calls without(false, false), late(true, false), often(true, true);
+    EXPECT_EQ(late.in_steps - without.in_steps, 3);
+    EXPECT_EQ(late.in_sums, 4)
+        << "a largest term and a sum, of forces and of loads with couples, of all stages at once";
+    EXPECT_EQ(often.in_steps - late.in_steps, 3 * late.in_sums);
+    for (std::size_t i = 0; i < late.loads.size(); ++i) {
+        EXPECT_GT(norm(late.loads[i]), 1e-6);
+        EXPECT_EQ(norm(late.loads[i] - often.loads[i]), 0) << i;
+    }
 }
 
 /// Forces that stay at markers go with these from rank to rank, and to a run that goes on.
@@ -154,6 +202,7 @@ struct SphereArray {
         }
         const double speed = figures_of(comm, *flow).momentum.x;
         drag_factor = acceleration / (6 * std::numbers::pi * radius * speed);
+        bodies.sum_loads();
         force = bodies.force_on_obstacle(0, 1, step * steps).x / acceleration;
         slip = bodies.forcing().slip() / speed;
     }
@@ -198,6 +247,7 @@ TEST(Obstacles, SphereHasItsDrag) {
         bodies.begin_interval(0.5 * t);
         flow->step_within(0.5 * t, 0.5, 0.8);
     }
+    bodies.sum_loads();
     EXPECT_NEAR(bodies.force_on_obstacle(0, 1, 8).x / (0.5 * std::numbers::pi / 4), 1.019 * 1.087, 0.015 * 1.087);
     EXPECT_LT(bodies.forcing().slip(), 0.02);
 }

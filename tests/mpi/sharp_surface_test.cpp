@@ -70,6 +70,7 @@ Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, s
     flow->set_forcing(&bodies.stage_forcing());
     bodies.begin_interval(0);
     for (int s = 0; s < 6; ++s) flow->step(0.03 * s, 0.03);
+    bodies.sum_loads();
     Swum all;
     for (std::size_t o = 0; o < bodies.obstacles().size(); ++o)
         all.given += constants.density * bodies.given_by_obstacle(o);

@@ -36,6 +36,9 @@ public:
     bool ends_every_step() const override { return groups_.empty(); }
     void end_step(const Step& step, Timers& timers) override;
     std::string invalid() const override;
+    void sum_figures() override {
+        if (bodies_) bodies_->sum_loads();
+    }
     std::vector<Figure> figures(const Sample&) const override;
     std::uint64_t digest() const override;
     std::string saved_name() const override { return "fluid"; }
