@@ -113,9 +113,10 @@ Immersion::Immersion(const Communicator& comm, const Threads& threads, const Flu
     }
     for (std::size_t b = 0; has_sharp_bodies() && b < rods_->sharp_bodies(); ++b) {
         sharp.push_back({.moves = true});
-        if (const BodyShape* body = rods_->constants_of_sharp(b).body())
+        if (const BodyShape* body = rods_->constants_of_sharp(b).body()) {
             sharp.back().surface = std::make_unique<PartsSurface>(*body);
-        else sharp.back().swept = std::make_unique<SweptSurface>(rods_->swept_surface_of(b, grid_));
+            has_sharp_rigid_ = true;
+        } else sharp.back().swept = std::make_unique<SweptSurface>(rods_->swept_surface_of(b, grid_));
     }
     set_parts();
     if (sharp.empty()) return;
@@ -231,7 +232,7 @@ void Immersion::take_motions() {
 void Immersion::begin_step(double time, const std::array<const double*, 3>& velocity) {
     const Timers::Guard timing(seconds_);
     std::vector<RigidMotion> motions;
-    if (has_sharp_bodies()) {
+    if (has_sharp_rigid_) { // impulses of rods do not depend on the fluid within
         for (std::size_t b = 0; b < at_begin_.size(); ++b) set_motion(b, at_begin_[b], at_begin_[b]);
         motions = surfaces_->inner_motions(time, velocity);
     }

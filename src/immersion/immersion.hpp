@@ -102,6 +102,7 @@ private:
     void place_obstacles(double time, Markers& markers) const;
     /// Sets the parts of bodies whose loads the forcing sums alone: obstacles, and after them rods of single().
     void set_parts();
+    /// True if some rod or body that moves freely has a sharp surface.
     bool has_sharp_bodies() const { return rods_ && rods_->sharp_bodies() > 0; }
     /// Motion of a body with a sharp surface; of a rod with the place of its first node.
     struct SharpMotion {
@@ -134,6 +135,7 @@ private:
     DirectForcing forcing_;
     std::vector<SharpMotion> at_begin_;     ///< when the stage began
     std::optional<SharpForcing> surfaces_;  ///< absent without sharp surfaces; obstacles come first
+    bool has_sharp_rigid_ = false;          ///< some of them are of free rigid bodies
     std::unique_ptr<StageForcing> all_;     ///< markers and surfaces; null without sharp surfaces
     std::unique_ptr<ForceBalance> balance_; ///< null without two-way coupling
     double from_ = 0, lag_ = 0, ahead_ = 0; ///< s

@@ -353,7 +353,7 @@ std::vector<RigidMotion> SharpForcing::inner_motions(double time, const std::arr
             auto& fits = of_planes[k];
             std::int32_t row = -1;
             for (const SharpNode& node : nodes) {
-                if (node.excess != SharpNode::inside) continue;
+                if (node.excess != SharpNode::inside || nodes_.swept(node)) continue;
                 if (node.row != row || fits.back().first != node.body) fits.push_back({node.body, RigidFit()});
                 row = node.row;
                 fits.back().second.add(node.arm, along(node.component, 1),

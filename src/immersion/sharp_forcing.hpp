@@ -80,8 +80,8 @@ public:
                     RodMotion end) {
         nodes_.set_motion(body, begin_place, std::move(begin), end_place, std::move(end));
     }
-    /// Rigid motions of the fluid within bodies relative to theirs, by least squares over the nodes within them, at
-    /// their places at a time. Collective.
+    /// Rigid motions of the fluid within bodies other than rods relative to theirs, by least squares over the nodes
+    /// within them, at their places at a time. Collective.
     std::vector<RigidMotion> inner_motions(double time, const std::array<const double*, 3>& velocity);
     /// Wall time since the last call, s.
     double take_seconds() { return std::exchange(seconds_, 0); }
