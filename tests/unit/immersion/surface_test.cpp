@@ -179,12 +179,19 @@ TEST(SweptSurface, NoElementIsNearerThanTheOneFound) {
     EXPECT_GT(compared, 250);
 }
 
-/// A wave of straight elements, or a ring of them, whose frames have d2 as near to z as they can.
-RodMotion wave_or_ring(bool ring, int n) {
+enum class Course {
+    open,
+    closed, ///< a ring
+    endless ///< through the periodic faces of a box across x
+};
+
+/// Straight elements along a wave or around a ring, whose frames have d2 as near to z as they can.
+RodMotion along_course(Course course, int n) {
     const auto node = [&](int i) {
         const double a = 2 * std::numbers::pi * (i % n) / n;
-        return ring ? Vec3d{std::cos(a), std::sin(a), 0.2 * std::cos(3 * a)}
-                    : Vec3d{0.3 * i, 0.8 * std::sin(0.9 * i), 0.2 * std::cos(1.3 * i)};
+        if (course == Course::closed) return Vec3d{std::cos(a), std::sin(a), 0.2 * std::cos(3 * a)};
+        if (course == Course::endless) return Vec3d{0.3 * i, 0.8 * std::sin(3 * a), 0.2 * std::cos(2 * a)};
+        return Vec3d{0.3 * i, 0.8 * std::sin(0.9 * i), 0.2 * std::cos(1.3 * i)};
     };
     RodMotion m;
     for (int i = 0; i <= n; ++i) {
@@ -231,32 +238,41 @@ TEST(SweptSurface, RodsThatBendKeepTheirVolume) {
     }
 }
 
-TEST(SweptSurface, CubesOfElementsFindTheSameFeet) {
+/// Feet by a search through all elements and through those of cubes, and of how many places a surface is near.
+int compare_feet(Course course, SweptSection section) {
     constexpr int n = 24;
     std::mt19937 random(11);
     std::uniform_real_distribution<double> any(-1, 1);
-    for (const bool ring : {false, true})
-        for (const SweptSection section : {SweptSection::ellipse, SweptSection::rectangle, SweptSection::plate}) {
-            const RodMotion m = wave_or_ring(ring, n);
-            std::vector<SweptSurface::Element> elements;
-            for (int k = 0; k < n; ++k)
-                elements.push_back({0.1 + 0.002 * k, 0.15, norm(m.node[to_index(k) + 1] - m.node[to_index(k)])});
-            SweptSurface all({.section = section, .elements = elements, .closed = ring}),
-                near({.section = section, .elements = elements, .near = 0.15, .closed = ring});
-            all.put(m, m);
-            near.put(m, m);
-            near.sort();
-            int close = 0;
-            for (int p = 0; p < 4000; ++p) {
-                const Vec3d at = m.node[to_index(p % n)] + 0.6 * Vec3d{any(random), any(random), any(random)};
-                const SweptSurface::Foot one = all.nearest(at), other = near.nearest(at);
-                EXPECT_EQ(one.element, other.element) << p;
-                EXPECT_EQ(one.along, other.along) << p;
-                EXPECT_EQ(one.distance, other.distance) << p;
-                close += one.distance < 0.15;
-            }
-            EXPECT_GT(close, 400);
-        }
+    const bool ring = course == Course::closed;
+    const RodMotion m = along_course(course, n);
+    std::vector<SweptSurface::Element> elements;
+    for (int k = 0; k < n; ++k)
+        elements.push_back({0.1 + 0.002 * k, 0.15, norm(m.node[to_index(k) + 1] - m.node[to_index(k)])});
+    const int through = course != Course::endless ? -1 : section == SweptSection::plate ? 2 : 0;
+    SweptSurface all({.section = section, .elements = elements, .through = through, .closed = ring}),
+        near({.section = section, .elements = elements, .through = through, .near = 0.15, .closed = ring});
+    all.put(m, m);
+    near.put(m, m);
+    near.sort();
+    int close = 0;
+    for (int p = 0; p < 4000; ++p) {
+        Vec3d at = m.node[to_index(p % n)] + 0.6 * Vec3d{any(random), any(random), any(random)};
+        if (course == Course::endless) at.x += m.node[n].x * (p % 5 - 2); // places in other periods
+        const SweptSurface::Foot one = all.nearest(at), other = near.nearest(at);
+        EXPECT_EQ(one.element, other.element) << p;
+        EXPECT_EQ(one.along, other.along) << p;
+        EXPECT_EQ(norm(one.off - other.off), 0) << p;
+        EXPECT_EQ(one.distance, other.distance) << p;
+        close += one.distance < 0.15;
+    }
+    return close;
+}
+
+TEST(SweptSurface, CubesOfElementsFindTheSameFeet) {
+    for (const Course course : {Course::open, Course::closed, Course::endless})
+        for (const SweptSection section : {SweptSection::ellipse, SweptSection::rectangle, SweptSection::plate})
+            EXPECT_GT(compare_feet(course, section),
+                      course == Course::endless && section == SweptSection::plate ? 0 : 400);
 }
 
 TEST(SweptSurface, FeetOnPlatesThatLeanAreNearestWithinTheirPlane) {
