@@ -155,6 +155,29 @@ precision = "double"
 """
 
 
+# Rods, one end of which a post may hold.
+POST = """
+[[obstacle]]
+name = "post"
+kind = "cylinder"
+centre = [1.0, 0.6, 0.0]
+radius = 0.12
+"""
+THICK = FLUID_OF_RODS + """
+[[rods]]
+name = "thick"
+[rods.material]
+density = 2.0
+youngs_modulus = 2e3
+[rods.section]
+radius = 0.15
+[rods.shape]
+length = 1.0
+elements = 6
+[rods.placement]
+"""
+
+
 SCENES = {"thick": SCENE, "tapered": TAPERED, "own": OF_OWN_SIZES}
 
 
@@ -221,13 +244,45 @@ class SharpRods(DriverTest):
         self.scene.write_text(scene.replace("end = [0.0, 0.0, 0.0]", "end = [0.0, 0.0, 0.002]").replace("courant = 0.4", "courant = 0.1").replace("series = 0.04", "series = 0.005"))
         self.run_skein("axial")
         series = self.series("axial")
-        p, t = series["momentum_zkg m/s"], series["times"]
+        p, t = series["momentum_zkg_ms"], series["times"]
         crossing = [t[i] - p[i] * (t[i + 1] - t[i]) / (p[i + 1] - p[i]) for i in range(1, len(p) - 1) if p[i] * p[i + 1] < 0]
         dry = math.pi / 2 / 1.2 * math.sqrt(2e3 / 4.0)
         inertia = (dry * (crossing[-1] - crossing[0]) / (len(crossing) - 1) / math.pi) ** 2 - 1
         of_disc = 4 / 3 * 2.0 * 0.3**3 / (4.0 * math.pi * 0.3**2 * 1.2 / 2)  # over half of the rod's mass
         self.assertGreater(inertia, of_disc)
         self.assertLess(inertia, 2 * of_disc)  # walls are near: the end is half a metre from one
+
+    def test_a_note_names_rods_with_an_end_within_markers(self):
+        """However rods are placed, and whichever end it is."""
+        (self.directory / "far.csv").write_text("x,y,z\n2.4,1.6,1.0\n2.4,0.6,1.0\n")
+        (self.directory / "near.csv").write_text("x,y,z\n2.4,1.6,1.0\n1.1,0.6,1.0\n")
+        note = "rods.thick: an end of these rods, which have sharp surfaces, lies within obstacle 'post', which has markers"
+        for place, within in {
+            "origin = [1.1, 0.6, 1.0]\ntangent = [1.0, 0.0, 0.0]": True,
+            "origin = [1.4, 0.6, 1.0]\ntangent = [1.0, 0.0, 0.0]": False,
+            "origin = [2.1, 0.6, 1.0]\ntangent = [-1.0, 0.0, 0.0]": True,
+            'kind = "list"\norigins = [[2.4, 1.6, 1.0], [1.1, 0.6, 1.0]]\ntangent = [0.0, 1.0, 0.0]': True,
+            'kind = "list"\norigins = [[2.4, 1.6, 1.0], [2.4, 0.6, 1.0]]\ntangent = [0.0, 1.0, 0.0]': False,
+            'kind = "lattice"\ncounts = [2, 2]\nspacing = [1.3, 1.0]\norigin = [1.0, 0.6, 1.0]\ntangent = [0.0, 1.0, 0.0]': True,
+            'kind = "file"\nfile = "near.csv"\ntangent = [0.0, 1.0, 0.0]': True,
+            'kind = "file"\nfile = "far.csv"\ntangent = [0.0, 1.0, 0.0]': False,
+        }.items():
+            for surface in ("markers", "sharp"):
+                with self.subTest(place=place, surface=surface):
+                    held = "end" if "-1.0" in place else "start"
+                    rods = THICK.replace('name = "thick"\n', f'name = "thick"\n{held} = "clamped"\n')
+                    self.scene.write_text('title = "ends"\n[time]\nduration = 0.1\n' + rods + place + POST + f'surface = "{surface}"\n[immersion]\nrod_surface = "sharp"\n')
+                    self.assertEqual(note in self.plan_text(), within and surface == "markers")
+
+    def test_a_note_of_light_rods_looks_at_each_of_their_sizes(self):
+        """A stout rod in front of a slender one, and behind it; thin ones have markers."""
+        head, stout, slender, thin = SIZES.splitlines()[0], "0.5,0.6,0.4,0.6,0.0,0.8,1.2,0.3", "1.5,1.9,1.5,1.0,0.0,0.0,2.0,0.15", "2.6,0.4,0.3,0.0,0.6,0.8,1.0,0.06"
+        light = OF_OWN_SIZES.replace("density = 2.0\nyoungs_modulus", "density = 1.0\nyoungs_modulus")
+        for rods, noted in (((stout, slender), True), ((slender, stout), True), ((stout, stout), False), ((stout, thin), False)):
+            with self.subTest(rods=rods):
+                (self.directory / "rods.csv").write_text("\n".join((head, *rods)) + "\n")
+                self.scene.write_text(light)
+                self.assertEqual("slender rods that are lighter than the fluid may grow slowly" in self.plan_text(), noted)
 
     def test_slender_plates_as_heavy_as_the_fluid_do_not_shake(self):
         """Short waves of nodes move less fluid than their loads count. Out of its plane the fluid adds no inertia, so a plate moves as without it, but for the

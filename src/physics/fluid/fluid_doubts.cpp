@@ -109,6 +109,23 @@ std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidG
     return text + cure;
 }
 
+/// True if some rod of a group with a sharp surface is long beside its thinnest part.
+bool some_are_slender(const RodGroup& group, const FluidPlan& fluid) {
+    constexpr double slender = 5; // length over thickness
+    bool found = false;
+    for_each_kind(group, [&](const RodGroup& kind, double) {
+        const bool plate = spans_box(kind, fluid.constants.grid);
+        double length = 0, least = HUGE_VAL;
+        for (std::size_t k = 0; k < kind.element.size(); ++k) {
+            const HalfAxes axes = half_axes(kind, k);
+            least = std::min({least, axes.along_d1, plate ? axes.along_d1 : axes.along_d2});
+            length += kind.element[k].rest_length;
+        }
+        found |= fluid.kinds->of(kind, 0).sharp && length > slender * 2 * least;
+    });
+    return found;
+}
+
 /// Deformations that move no fluid around a light rod, whose added inertia comes back later. theory.md (156)
 std::string of_light_rods(const RodsInFluid& rods) {
     return fmt::format(
@@ -118,22 +135,37 @@ std::string of_light_rods(const RodsInFluid& rods) {
 }
 
 std::string of_ends_within(const RodsInFluid& rods, const Obstacle& o) {
-    return fmt::format("rods.{}: it has a sharp surface and begins within obstacle '{}', which has markers: they push "
-                       "the fluid within the rod, which may shorten without limit; obstacle.surface = \"sharp\" holds",
+    return fmt::format("rods.{}: an end of these rods, which have sharp surfaces, lies within obstacle '{}', which has "
+                       "markers: they push "
+                       "the fluid within a rod, which may shorten without limit; obstacle.surface = \"sharp\" holds",
                        rods.name, o.name);
 }
 
-/// The first obstacle with markers within which rods begin.
-const Obstacle* markers_around_start(const RodGroup& group, const std::vector<Obstacle>& obstacles) {
-    const Placement& placement = group.spec().placement;
-    const std::vector<Vec3d> starts =
-        placement.kind == PlacementKind::single ? std::vector{placement.origin} : placement.origins;
+/// Places of both ends of a rod at the start, lab, m; none of a ring.
+std::vector<Vec3d> ends_of(const RodGroup& group, std::int64_t i) {
+    if (group.closed()) return {};
+    std::vector<Slot<1>> rod(to_index(group.slots()));
+    group.start_state(i, rod);
+    return {lane(rod.front().position, 0), lane(rod.back().position, 0)};
+}
+
+/// The first obstacle with markers within which rods begin or end. Of a file a rank has some of the rods.
+const Obstacle* markers_around_end(const RodGroup& group, const std::vector<Obstacle>& obstacles) {
+    if (std::all_of(obstacles.begin(), obstacles.end(), [](const Obstacle& o) { return o.is_sharp(); })) return nullptr;
+    std::vector<Vec3d> ends;
+    const auto add = [&](std::int64_t i) {
+        for (const Vec3d& end : ends_of(group, i)) ends.push_back(end);
+    };
+    if (group.places().from_file())
+        for (const std::int64_t i : group.places().held()) add(i);
+    else
+        for (std::int64_t i = 0; i < group.count(); ++i) add(i);
     for (const Obstacle& o : obstacles) {
         if (o.is_sharp()) continue;
         const std::unique_ptr<Surface> shape = o.shape();
         const Mat3d axes = o.axes_at(0);
-        for (const Vec3d& start : starts)
-            if (shape->distance(axes * (start - o.centre)) < 0) return &o;
+        for (const Vec3d& end : ends)
+            if (shape->distance(axes * (end - o.place_at(0))) < 0) return &o;
     }
     return nullptr;
 }
@@ -179,15 +211,13 @@ std::vector<std::string> fluid_doubts(const FluidPlan& fluid, std::span<const Ro
                                                : of_rods(fluid.rods[g], groups[g], fluid.constants.grid));
     for (const RodsInFluid& rods : fluid.rods)
         if (rods.asks_sharp && rods.sharp == 0) found.push_back(of_markers_in_place(rods, h));
-    constexpr double light = 1, slender = 5; // density over the fluid's; length over thickness
+    constexpr double light = 1; // density over the fluid's
     for (std::size_t g = 0; g < fluid.rods.size(); ++g) {
         const RodsInFluid& rods = fluid.rods[g];
         if (rods.body || rods.sharp == 0 || !rods.feels_fluid) continue;
-        if (const Obstacle* o = markers_around_start(groups[g], fluid.obstacles))
+        if (const Obstacle* o = markers_around_end(groups[g], fluid.obstacles))
             found.push_back(of_ends_within(rods, *o));
-        double length = 0;
-        for (const ElementConstants& e : groups[g].element) length += e.rest_length;
-        if (rods.density_ratio < light * (1 - rounding) && length > slender * 2 * rods.least_axis * h)
+        if (rods.density_ratio < light * (1 - rounding) && some_are_slender(groups[g], fluid))
             found.push_back(of_light_rods(rods));
     }
     for (const Obstacle& o : fluid.obstacles) {

@@ -135,7 +135,7 @@ public:
     }
 
 private:
-    /// Of rods that are alike, or of the first of a group.
+    /// Of rods that are alike. Plans of rods with sizes of their own take each kind in turn, and the least inertia.
     const std::shared_ptr<const InertiaInFluid>& inertia_of(const RodGroup& group) const {
         return kinds->of(group, 0).inertia;
     }
