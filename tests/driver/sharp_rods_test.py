@@ -155,6 +155,38 @@ precision = "double"
 """
 
 
+# Down to a tip that velocity nodes miss; nothing moves but the last sixth of it, below 0.25 cells in radius, as if it had no stiffness.
+TIP = f"""
+title = "tip"
+[time]
+duration = 0.2
+{FLUID_OF_RODS}largest_slip = 0
+[[rods]]
+name = "rod"
+[rods.material]
+density = 2.0
+youngs_modulus = 1e-3
+[rods.section]
+radius = 0.11
+taper = 0.05
+[rods.shape]
+length = 2.4
+elements = 24
+[rods.placement]
+origin = [0.4, 1.2, 1.0]
+tangent = [1.0, 0.0, 0.0]
+[[load]]
+kind = "formula"
+per = "mass"
+force = ["0", "if(s > 0.84*L, 3, 0)", "0"]
+[immersion]
+coupling = "one_way"
+rod_surface = "sharp"
+[output]
+series = 0.02
+fluid_forces = ["rod"]
+"""
+
 # Rods, one end of which a post may hold.
 POST = """
 [[obstacle]]
@@ -283,6 +315,23 @@ class SharpRods(DriverTest):
                 (self.directory / "rods.csv").write_text("\n".join((head, *rods)) + "\n")
                 self.scene.write_text(light)
                 self.assertEqual("slender rods that are lighter than the fluid may grow slowly" in self.plan_text(), noted)
+
+    def test_a_thin_tip_acts_on_the_fluid(self):
+        """As that of a rod with markers alone, and where it is."""
+        loads = []
+        for surface in ("sharp", "markers"):
+            self.scene.write_text(TIP.replace('"sharp"', f'"{surface}"'))
+            self.assertEqual("a sharp surface along" in self.plan_text(), surface == "sharp")
+            self.run_skein(surface)
+            series = self.series(surface)
+            loads.append(numpy.array([series["rod_0_fluid_force_yN"][1:], series["rod_0_fluid_couple_zN_m"][1:]]))
+        (force, couple), (by_markers, couple_by_markers) = loads
+        self.assertLess(force.max(), -0.09)
+        self.assertLess(abs(force / by_markers - 1).max(), 0.02, force)
+        arm = couple / force
+        self.assertLess(abs(arm / (couple_by_markers / by_markers) - 1).max(), 0.01, arm)
+        self.assertGreater(arm.min(), 0.8 * 2.4)
+        self.assertLess(arm.max(), 2.4)
 
     def test_slender_plates_as_heavy_as_the_fluid_do_not_shake(self):
         """Short waves of nodes move less fluid than their loads count. Out of its plane the fluid adds no inertia, so a plate moves as without it, but for the
