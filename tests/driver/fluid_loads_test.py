@@ -232,6 +232,7 @@ fluid_forces = ["bar"]
             SCENE + 'fluid_forces = ["ball"]\n': "there is no group of rods 'ball'; did you mean 'balls'",
             SCENE + 'fluid_forces = ["balls", "balls"]\n': "the group 'balls' is named twice",
             HEAD + BALL + OUTPUT + 'fluid_forces = ["balls"]\n': "'fluid_forces' has no use without rods or bodies in a [fluid]",
+            SCENE.replace("series = 0.02\n", "") + EACH: "forces on single rods and bodies are columns of the time series: set output.series [s]",
             dry + OUTPUT + EACH: "'fluid_forces' has no use without rods or bodies in a [fluid]",
             dry + PROBES: "a probe of \"fluid_force\" needs rods in a [fluid], and there is none",
             SCENE + PROBES.replace("number = 1", "number = 1\nat = 0.5"): "'at' has no use for a force or couple on a whole rod",

@@ -295,6 +295,12 @@ void check_outputs(const SceneSpec& scene, bool good_grid, Objections& objection
     }
 }
 
+/// Objects to columns of a time series that the scene does not have.
+void stop_without_series(const SceneSpec& scene, const char* key, const char* columns, Objections& objections) {
+    if (!(scene.output.series > 0))
+        objections.add(key, fmt::format("{} are columns of the time series: set output.series [s]", columns));
+}
+
 void check_probes(const SceneSpec& scene, bool good_grid, Objections& objections) {
     for (std::size_t i = 0; i < scene.fluid_probes.size(); ++i) {
         const FluidProbeSpec& probe = scene.fluid_probes[i];
@@ -308,8 +314,7 @@ void check_probes(const SceneSpec& scene, bool good_grid, Objections& objections
                                         "[{:g}, {:g}, {:g}] m",
                                         grid.lower.x, grid.lower.y, grid.lower.z, upper.x, upper.y, upper.z));
     }
-    if (!scene.fluid_probes.empty() && !(scene.output.series > 0))
-        objections.add("fluid_probe.0", "probes are columns of the time series: set output.series [s]");
+    if (!scene.fluid_probes.empty()) stop_without_series(scene, "fluid_probe.0", "probes", objections);
 }
 
 /// Checks the groups whose rods have columns of their own.
@@ -317,6 +322,8 @@ void check_fluid_forces(const SceneSpec& scene, Objections& objections) {
     const std::vector<std::string>& names = scene.output.fluid_forces;
     if (!scene.fluid || scene.rods.empty())
         return TableObjections(objections, "output").unused({"fluid_forces"}, "without rods or bodies in a [fluid]");
+    if (!names.empty())
+        stop_without_series(scene, "output.fluid_forces", "forces on single rods and bodies", objections);
     for (std::size_t i = 0; i < names.size(); ++i) {
         const std::string key = fmt::format("output.fluid_forces.{}", i);
         group_named(scene, names[i], objections, key);
