@@ -1,4 +1,5 @@
 // Fluid within rods bears its own inertia, all of it and no more, where markers move it.
+#include "immersion/immersed_kinds.hpp"
 #include "immersion/inertia_in_fluid.hpp"
 #include "immersion/rod_surface.hpp"
 
@@ -86,6 +87,55 @@ TEST(InertiaInFluid, SharesOfMarkersAndSharpSurfacesAddUp) {
             EXPECT_NEAR(of_slots, displaced, 1e-12 * displaced) << e.name << " " << end;
         }
     }
+}
+
+/// Displaced over own mass of a rod of a scene, over the same of its volume, and the same of turning about its axis.
+struct Displacement {
+    double mass, turning;
+    bool sharp, markers;
+
+    Displacement(const Example& e, bool asks_sharp) {
+        const RodGroup group = rod(e, 0.9);
+        FluidGrid grid;
+        grid.h = e.spacing;
+        grid.cells = {40, 40, 40};
+        const ImmersedKinds kinds(
+            grid, {.retraction = 0.4 * e.spacing, .density = density, .feels_fluid = true, .sharp_rods = asks_sharp});
+        const ImmersedKinds::Kind& kind = kinds.of(group, 0);
+        double of_slots = 0, of_volume = 0, of_turns = 0, of_own_turns = 0;
+        for (std::size_t k = 0; k < group.node_mass.size(); ++k)
+            of_slots += kind.inertia->of_nodes[k].displaced * group.node_mass[k];
+        for (std::size_t k = 0; k < group.element.size(); ++k) {
+            of_volume += density * group.element[k].volume;
+            of_turns += kind.inertia->of_elements[k].displaced.z * group.element[k].inertia.z;
+            of_own_turns += density / 0.9 * group.element[k].inertia.z;
+        }
+        mass = of_slots / of_volume;
+        turning = of_turns / of_own_turns;
+        sharp = kind.sharp;
+        markers = !kind.markers.empty();
+    }
+};
+
+/// Also that of ends between the last ring of markers and the flat end, which lies further out by the retraction, and
+/// of elements shorter than this.
+TEST(InertiaInFluid, DisplacedFluidOfWholeRodsIsThatOfTheirVolume) {
+    for (const double taper : {1.0, 0.8, 0.326, 0.3, 0.2, 0.05})
+        for (const int elements : {3, 20, 300}) {
+            const Example e{"", SectionKind::circular, 0.15, 0, 0.1, elements, false, taper};
+            for (const bool asks_sharp : {false, true}) {
+                const Displacement found(e, asks_sharp);
+                EXPECT_EQ(found.sharp, asks_sharp) << taper << " " << elements;
+                EXPECT_NEAR(found.mass, 1, 1e-12) << taper << " " << elements << " " << asks_sharp;
+                // Lines of markers on the axis turn no fluid.
+                if (!found.markers) {
+                    EXPECT_NEAR(found.turning, 1, 1e-12) << taper << " " << elements;
+                }
+                EXPECT_LE(found.turning, 1 + 1e-12) << taper << " " << elements << " " << asks_sharp;
+            }
+        }
+    for (const Example& e : examples)
+        for (const bool asks_sharp : {false, true}) EXPECT_NEAR(Displacement(e, asks_sharp).mass, 1, 1e-12) << e.name;
 }
 
 TEST(InertiaInFluid, TurnsWithAnElementWhereMarkersLieOffItsAxis) {
