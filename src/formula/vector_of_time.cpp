@@ -1,9 +1,11 @@
 #include "formula/vector_of_time.hpp"
 
+#include "formula/evaluate.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <span>
 
 #include <fmt/format.h>
@@ -51,7 +53,8 @@ void VectorOfTime::try_times(const TimeSpan& span) {
         const Point p = (*this)(t);
         const std::array<double, 3> value = {p.value.x, p.value.y, p.value.z}, rate = {p.rate.x, p.rate.y, p.rate.z};
         for (std::size_t i = 0; i < 3; ++i) {
-            if (std::isfinite(value[i]) && std::isfinite(rate[i])) continue;
+            const bool of_rods = (graph_[value_[i]].changes & with_place) != 0; // no rod may have this number
+            if (of_rods || (std::isfinite(value[i]) && std::isfinite(rate[i]))) continue;
             faults_.push_back(
                 {{0, 0, static_cast<int>(i)},
                  fmt::format("{} is not finite at t = {:.6g} s", std::isfinite(value[i]) ? "its rate" : "it", t)});
@@ -72,6 +75,80 @@ VectorOfTime::Point VectorOfTime::operator()(double time, double rod) const {
         return Vec3d{of(0), of(1), of(2)};
     };
     return {vector(value_), vector(rate_)};
+}
+
+namespace {
+
+/// Runs the lists of a program for rods side by side.
+class RodStrip {
+public:
+    static constexpr int most = strip<1>;
+
+    explicit RodStrip(const FormulaProgram& program) : program_(program), registers_(new StripRegisters<1>) {}
+
+    /// Sets the rods, at most `most`.
+    void place(std::span<const double> rods) {
+        count_ = static_cast<int>(rods.size());
+        rods_.assign(rods.begin(), rods.end());
+        places_ = run(program_.place, count_, [&](int) -> Strided<1> { return {rods_.data(), 1}; });
+    }
+    /// Outputs at a time, each for all rods.
+    std::vector<std::vector<Pack<1>>> at(double time) {
+        const Pack<1> now(time);
+        const auto times = run(program_.time, 1, [&](int) -> Strided<1> { return {&now, 0}; });
+        return run(program_.state, count_, [&](int input) -> Strided<1> {
+            return input >= place_base ? Strided<1>{nth(places_, input - place_base).data(), 1}
+                                       : Strided<1>{nth(times, input - time_base).data(), 0};
+        });
+    }
+
+private:
+    template <class Input>
+    std::vector<std::vector<Pack<1>>> run(const InstructionList& list, int count, Input&& input) {
+        std::array<Strided<1>, InstructionList::most_sources> source;
+        const std::vector<Pack<1>> constants(list.constants.begin(), list.constants.end());
+        for (std::size_t i = 0; i < constants.size(); ++i)
+            nth(source, list.registers + static_cast<int>(i)) = {&constants[i], 0};
+        for (std::size_t i = 0; i < list.inputs.size(); ++i)
+            nth(source, list.first_input() + static_cast<int>(i)) = input(list.inputs[i]);
+        evaluate<1>(list, program_.tables, source.data(), *registers_, count);
+        std::vector<std::vector<Pack<1>>> outputs;
+        for (const int output : list.outputs) {
+            std::vector<Pack<1>>& of = outputs.emplace_back();
+            for (int i = 0; i < count; ++i) of.push_back(nth(source, output)[i]);
+        }
+        return outputs;
+    }
+
+    const FormulaProgram& program_;
+    std::unique_ptr<StripRegisters<1>> registers_;
+    int count_ = 0;
+    std::vector<Pack<1>> rods_;
+    std::vector<std::vector<Pack<1>>> places_;
+};
+
+} // namespace
+
+VectorOfTime::Tried VectorOfTime::try_rods(double duration, int times, std::span<const double> rods) const {
+    Tried found;
+    if (!by_rod_) return found;
+    std::array<double, 3> largest{};
+    RodStrip strip(*by_rod_);
+    for (std::size_t first = 0; first < rods.size() && !found.not_finite; first += RodStrip::most) {
+        const auto some = rods.subspan(first, std::min<std::size_t>(RodStrip::most, rods.size() - first));
+        strip.place(some);
+        for (int n = 0; n <= times; ++n) {
+            const auto outputs = strip.at(duration * n / times);
+            for (std::size_t o = 0; o < outputs.size(); ++o)
+                for (std::size_t i = 0; i < some.size(); ++i) {
+                    const double x = std::abs(outputs[o][i][0]);
+                    if (!std::isfinite(x)) found.not_finite = std::min(found.not_finite.value_or(some[i]), some[i]);
+                    else if (o < largest.size()) largest[o] = std::max(largest[o], x);
+                }
+        }
+    }
+    found.largest = {largest[0], largest[1], largest[2]};
+    return found;
 }
 
 bool VectorOfTime::vanishes(std::size_t i) const { return value_.empty() || graph_.number(value_[i]) == 0; }

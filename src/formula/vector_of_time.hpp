@@ -8,6 +8,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,11 +31,19 @@ public:
     /// Program of the three values and their three rates where they change with the rod, null elsewhere.
     const FormulaProgram* by_rod() const { return by_rod_ ? &*by_rod_ : nullptr; }
 
+    /// Trial of a vector that changes with the rod at `times` + 1 moments from 0 to `duration`, s, for each of these
+    /// rods.
+    struct Tried {
+        Vec3d largest{0, 0, 0};           ///< of sizes of its components that are finite
+        std::optional<double> not_finite; ///< the first rod of which a value or rate is not
+    };
+    Tried try_rods(double duration, int times, std::span<const double> rods) const;
+
     /// True where component i is 0 at all times.
     bool vanishes(std::size_t i) const;
 
     /// Faults of formula part.formula, or of all formulas where that is -1. Values and rates are tried at the begin of
-    /// the time in which they act, at its end and at some times between.
+    /// the time in which they act, at its end and at some times between; those that change with the rod by try_rods().
     const std::vector<FormulaFault>& faults() const { return faults_; }
 
 private:

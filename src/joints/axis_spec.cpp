@@ -15,7 +15,7 @@ void Motor::use(const FormulaScope& names, bool turns) {
                                                          : (turns ? "N m" : "N");
     formula = std::make_shared<VectorOfTime>(names, values.empty() ? std::vector<std::string>{value, "0", "0"} : values,
                                              unit, true);
-    take_largest(names.duration, 0);
+    if (!by_rod()) take_largest(names.duration, 0); // else rods that have the motor decide
 }
 
 bool Motor::take_largest(double duration, double rod) {

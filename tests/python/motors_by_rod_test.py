@@ -128,6 +128,26 @@ class MotorsByRod(unittest.TestCase):
                 works += run.observables["joint_motor_work[J]"]
         self.assertAlmostEqual(work / works, 1.0, delta=1e-12)
 
+    def test_numbers_without_a_joint_need_no_value(self):
+        """Rod 0 is no first side: a formula that is not finite there moves the links as constants do."""
+        def chain(values):
+            joints = [{"kind": "hinge", "between": ["link", "link"], "pairs": "listed", "first": [k + 1], "second": [k], "axis": [0.0, 1.0, 0.0], **STIFF,
+                       "motor": {"kind": "position", "value": values, "stiffness": 20.0, "damping": 0.2}} for k in range(5)]
+            if not isinstance(values, str):
+                joints = [joint | {"motor": joint["motor"] | {"value": value}} for joint, value in zip(joints, values)]
+            return skein.Scene("chain", time={"duration": 0.02, "dt": 2e-5}, joint=joints,
+                               bodies=[{"name": "link", **BODY, "placement": {"kind": "list", "origins": [[0.2 * k, 0.0, 0.0] for k in range(6)]}}])
+
+        def links(scene_):
+            with skein.Simulation(scene_, threads=1) as run:
+                return run.step(run.steps)["link"].position.copy()
+
+        np.testing.assert_allclose(links(chain("0.4*sin(50*t)/rod")), links(chain([f"0.4*sin(50*t)/{k}" for k in range(1, 6)])), rtol=0, atol=1e-12)
+
+    def test_each_of_many_copies_is_tried(self):
+        joint = {"kind": "hinge", "axis": [0.0, 1.0, 0.0], "motor": {"kind": "force", "value": "1/(rod - 1201)"}}
+        with self.assertRaisesRegex(skein.RunFailed, "not finite for rod 1201 of 'bob'"): places(scene(joint, 2500, duration=1e-4))
+
     def test_motors_without_a_value(self):
         """Formulas that are not finite for some rod, or change with more than time and rod."""
         joint = {"kind": "hinge", "axis": [0.0, 1.0, 0.0], "motor": {"kind": "force", "value": "1/(rod - 3)"}}

@@ -1,6 +1,7 @@
 #include "physics/joints/joint_plan.hpp"
 
 #include "coupling/interaction.hpp"
+#include "formula/vector_of_time.hpp"
 #include "joints/joint_limits.hpp"
 #include "joints/junction.hpp"
 #include "kernels/physics_passes.hpp"
@@ -86,23 +87,26 @@ std::vector<std::string> rigid_joints(std::span<const JointSpec> joints, std::sp
     return found;
 }
 
-/// Motors whose formulas hold `rod` are tried for each rod, of many copies for some.
+/// Motors whose formulas hold `rod` are tried for each rod that has one.
 void take_motors_of_rods(JointLists& lists, std::span<const RodGroup> groups, double duration) {
-    constexpr std::int64_t most_copies = 1000;
+    constexpr int times = 64;
     const std::vector<AssemblyGroups> assemblies = assemblies_of(groups);
     for (std::size_t a = 0; a < assemblies.size(); ++a) {
-        const std::int64_t copies = assemblies[a].groups.front()->assembly()->count(),
-                           tried = std::min(copies, most_copies);
+        std::vector<double> rods(to_index(assemblies[a].groups.front()->assembly()->count()));
         for (const Joint& joint : lists.of_assembly[a]) {
             JointSpec& table = lists.tables[joint.table];
-            for (std::int64_t n = 0; table.motors_by_rod() && n < tried; ++n) {
-                const double rod = rod_number(joint, groups, tried > 1 ? n * (copies - 1) / (tried - 1) : 0);
-                for (Motor* motor : {&table.axis_law.motor, &table.about_second.motor})
-                    if (!motor->take_largest(duration, rod))
-                        throw InputError(fmt::format("{}: the motor's value or rate is not finite for rod {:.0f} of "
-                                                     "'{}' at some time of the run: give its formula a value for "
-                                                     "each rod",
-                                                     table.source, rod, table.between[0]));
+            if (!table.motors_by_rod()) continue;
+            for (std::size_t copy = 0; copy < rods.size(); ++copy)
+                rods[copy] = rod_number(joint, groups, static_cast<std::int64_t>(copy));
+            for (Motor* motor : {&table.axis_law.motor, &table.about_second.motor}) {
+                if (!motor->by_rod()) continue;
+                const VectorOfTime::Tried tried = motor->formula->try_rods(duration, times, rods);
+                if (tried.not_finite)
+                    throw InputError(fmt::format("{}: the motor's value or rate is not finite for rod {:.0f} of "
+                                                 "'{}' at some time of the run: give its formula a value for "
+                                                 "each rod",
+                                                 table.source, *tried.not_finite, table.between[0]));
+                motor->largest = std::max(motor->largest, tried.largest.x);
             }
         }
     }
