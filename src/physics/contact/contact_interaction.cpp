@@ -52,6 +52,33 @@ double limit_over_whole_overlap(const ContactLaw& law, double overlap) {
     return law.normal == ContactNormal::linear ? 1 : 1 / std::sqrt(std::sqrt(std::max(overlap, 1e-12)));
 }
 
+/// True for laws that differ by rounding alone.
+bool alike(const ContactLaw& a, const ContactLaw& b) {
+    constexpr double rounding = 1e-12;
+    const auto same = [](double x, double y) {
+        return std::abs(x - y) <= rounding * std::max(std::abs(x), std::abs(y));
+    };
+    return a.by_mass == b.by_mass && same(a.stiffness, b.stiffness) && same(a.damping, b.damping) &&
+           same(a.tangential_share, b.tangential_share) && same(a.tangential_damping, b.tangential_damping);
+}
+
+/// The laws between group g and any group, each once. Beside a heavier body one has up to twice the stiffness and moves
+/// alone, so laws by mass are those of two bodies alike. `mass`: of bodies by group, kg.
+std::vector<ContactLaw> laws_of(const ContactLaws& laws, std::span<const double> mass, std::size_t g) {
+    std::vector<ContactLaw> found{laws.between(g, g)};
+    for (std::size_t other = 0; laws.materials() > 1 && other < mass.size(); ++other) {
+        ContactLaw law = laws.between(g, other);
+        if (law.by_mass) {
+            const double times = 0.5 * (1 + mass[g] / mass[other]); // reduced mass of two alike over that of both
+            law.stiffness *= times;
+            law.damping *= times;
+        }
+        if (std::none_of(found.begin(), found.end(), [&](const ContactLaw& one) { return alike(one, law); }))
+            found.push_back(law);
+    }
+    return found;
+}
+
 } // namespace
 
 ContactInteraction::ContactInteraction(const InteractionParts& parts, const ContactPlan& contact)
@@ -65,21 +92,30 @@ ContactInteraction::ContactInteraction(const InteractionParts& parts, const Cont
     const std::size_t materials = laws.materials();
     for (std::size_t i = 0; i < materials * materials; ++i)
         soft_until_ = std::max(soft_until_, laws.between(i / materials, i % materials).soft_until);
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
-        const ContactLaw& law = laws.between(g, g);
-        const auto planned = [&](const RodGroup& group, const ContactLaw& own) {
-            return contact_time_limit(group, own, contact_.spec.overlap).dt;
-        };
-        const bool by_rod = groups_[g].heterogeneous() && law.by_mass;
-        own_limit_.push_back(by_rod ? least_by_mass(groups_[g], law, limit_at_whole_overlap) : 0);
-        planned_limit_ =
-            std::min(planned_limit_, by_rod ? least_by_mass(groups_[g], law, planned) : planned(groups_[g], law));
-    }
+    std::vector<double> masses;
+    for (const RodGroup& group : groups_) masses.push_back(materials > 1 ? body_mass(group) : 0);
+    for (std::size_t g = 0; g < groups_.size(); ++g) add_guards(g, laws_of(laws, masses, g));
     contacts_->arrived_in(plan_.dt);
     overlap_ = {.of = "rods",
                 .allowed = contact_.spec.overlap,
                 .normal = laws.normal(),
                 .stiffness = materials == 1 ? laws.between(0, 0).stiffness : 0};
+}
+
+void ContactInteraction::add_guards(std::size_t g, std::span<const ContactLaw> laws) {
+    const RodGroup& group = groups_[g];
+    const bool by_rod = group.heterogeneous() &&
+                        std::any_of(laws.begin(), laws.end(), [](const ContactLaw& law) { return law.by_mass; });
+    const auto planned = [&](const RodGroup& of, const ContactLaw& law) {
+        return contact_time_limit(of, law, contact_.spec.overlap).dt;
+    };
+    for (const ContactLaw& law : laws) {
+        const auto least = [&](const auto& limit) {
+            return by_rod && law.by_mass ? least_by_mass(group, law, limit) : limit(group, law);
+        };
+        guards_.push_back({g, law, by_rod ? least(limit_at_whole_overlap) : 0});
+        planned_limit_ = std::min(planned_limit_, least(planned));
+    }
 }
 
 double ContactInteraction::begin_rebuild() {
@@ -296,11 +332,10 @@ std::string ContactInteraction::tightest_pair() const {
 double ContactInteraction::step_limit() const {
     double limit = HUGE_VAL;
     const ContactFigures f = contacts_->figures();
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
-        const ContactLaw& law = contact_.laws.between(g, g);
-        limit = std::min(limit, own_limit_[g] > 0 ? own_limit_[g] * limit_over_whole_overlap(law, f.max_overlap)
-                                                  : contact_limit(mobility_[g], law, f.max_stiffness, 0, 1));
-    }
+    for (const Guard& guard : guards_)
+        limit = std::min(limit, guard.own_limit > 0
+                                    ? guard.own_limit * limit_over_whole_overlap(guard.law, f.max_overlap)
+                                    : contact_limit(mobility_[guard.group], guard.law, f.max_stiffness, 0, 1));
     return std::min(limit, step_of_change_);
 }
 

@@ -99,10 +99,18 @@ private:
     std::shared_ptr<SlotLoads> loads_;
     std::int64_t all_rods_;
     std::unique_ptr<ContactSolver> contacts_;
+    /// Contacts of a group under one of its laws, with itself or another group, which may leave a shorter step.
+    struct Guard {
+        std::size_t group;
+        ContactLaw law;       ///< of two bodies alike
+        double own_limit = 0; ///< s, at an overlap of a diameter, if stiffnesses of others do not count; else 0
+    };
+    void add_guards(std::size_t group, std::span<const ContactLaw> laws);
+
     std::vector<ContactMobility> mobility_; ///< by group
-    std::vector<double> own_limit_;         ///< by group, s: of rods with laws by their own masses; 0 of others
-    double planned_limit_ = HUGE_VAL;       ///< of explicit steps by contacts with the overlap that is allowed, s
-    double soft_until_ = 0;                 ///< s; the last of the laws
+    std::vector<Guard> guards_;
+    double planned_limit_ = HUGE_VAL; ///< of explicit steps by contacts with the overlap that is allowed, s
+    double soft_until_ = 0;           ///< s; the last of the laws
     OverlapWatch overlap_;
     std::array<OverlapWatch, 2> kept_overlap_;
     double behind_ = 0;                 ///< s, by which bodies have been shown before the end of their step

@@ -22,12 +22,18 @@ namespace skein {
 
 namespace {
 
-/// Law between two groups: that of a [[contact_pair]], or the common one.
-const ContactLaw& law_between(const SceneSpec& scene, const std::string& a, const std::string& b) {
-    for (const ContactPair& pair : scene.contact_pairs)
+/// The [[contact_pair]] of two groups; null: they have none.
+const ContactPair* pair_of(std::span<const ContactPair> pairs, const std::string& a, const std::string& b) {
+    for (const ContactPair& pair : pairs)
         if ((pair.between[0] == a && pair.between[1] == b) || (pair.between[0] == b && pair.between[1] == a))
-            return pair.law;
-    return scene.contact->law;
+            return &pair;
+    return nullptr;
+}
+
+/// Law between two groups: that of their pair, or the common one.
+const ContactLaw& law_between(const SceneSpec& scene, const std::string& a, const std::string& b) {
+    const ContactPair* const pair = pair_of(scene.contact_pairs, a, b);
+    return pair ? pair->law : scene.contact->law;
 }
 
 ContactLaws contact_laws(const SceneSpec& scene, std::span<const RodGroup> groups) {
@@ -50,9 +56,10 @@ void find_trembling(const std::string& where, const ContactLaw& law, double forc
 }
 
 /// Friction without memory whose slip speed is too low for the step under the forces that are expected. `laws`: null
-/// where rods do not feel each other.
+/// where rods do not feel each other; `pairs`: groups with laws of their own.
 std::vector<std::string> slip_doubts(const ContactEstimate& estimate, const ContactLaws* laws,
-                                     std::span<const Wall> walls, std::span<const RodGroup> groups, double dt) {
+                                     std::span<const ContactPair> pairs, std::span<const Wall> walls,
+                                     std::span<const RodGroup> groups, double dt) {
     std::vector<std::string> found;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         const ContactMobility mobility = contact_mobility(groups[g]);
@@ -61,6 +68,10 @@ std::vector<std::string> slip_doubts(const ContactEstimate& estimate, const Cont
                            found);
         };
         if (laws) look(fmt::format("contact of '{}'", groups[g].name()), laws->between(g, g), 2);
+        for (std::size_t other = 0; laws && other < groups.size(); ++other)
+            if (other != g && pair_of(pairs, groups[g].name(), groups[other].name()))
+                look(fmt::format("contact of '{}' with '{}'", groups[g].name(), groups[other].name()),
+                     laws->between(g, other), 2);
         for (const Wall& wall : walls)
             if (wall.acts_on(groups[g].name()))
                 look(fmt::format("wall '{}' and '{}'", wall.name, groups[g].name()), wall.law, 1);
@@ -158,7 +169,8 @@ public:
             all = speeds.doubts;
             for (std::string& doubt : speeds.doubts_of_step(p.dt)) all.push_back(std::move(doubt));
         }
-        for (std::string& doubt : slip_doubts(estimate, laws_ ? &*laws_ : nullptr, expanded_, groups, p.dt))
+        for (std::string& doubt :
+             slip_doubts(estimate, laws_ ? &*laws_ : nullptr, contact_.contact_pairs, expanded_, groups, p.dt))
             all.push_back(std::move(doubt));
         return all;
     }
