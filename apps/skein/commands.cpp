@@ -222,7 +222,7 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
                                .lanes = lanes_for(arguments.lanes),
                                .mapping = arguments.mapping,
                                .cores_per_node = per_node,
-                               .most_lanes = arguments.lanes > 0 ? 0 : lanes_for(0)});
+                               .most_lanes = lanes_to_choose_from(arguments.lanes, lanes_for(0))});
         refuse_faults(scene, plan, groups);
         const bool all = arguments.verbose || arguments.ranks > 0 || !arguments.machine.empty();
         // Shares of a fluid are alike, and its plan holds all of them.

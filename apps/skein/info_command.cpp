@@ -10,6 +10,7 @@
 #include "scene/scene_description.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_rebuild.hpp"
+#include "simulation/machine.hpp"
 #include "simulation/progress.hpp"
 #include "simulation/summary.hpp"
 #include "simulation/warnings.hpp"
@@ -160,17 +161,18 @@ int info_command(InfoArguments arguments, int& argc, char**& argv) {
     return alone([&] {
         auto& [scene, out, as_json] = arguments;
         const bool chosen = std::getenv("SKEIN_LANES");
+        const int lanes = lanes_for(0);
         Json json = {{"version", SKEIN_VERSION},
                      {"compiler", SKEIN_COMPILER},
-                     {"level", level_name(widest_lanes())},
-                     {"lanes", widest_lanes()},
+                     {"level", level_name(lanes)},
+                     {"lanes", lanes},
                      {"available_cores", Threads::available_cores()},
                      {"cores", std::thread::hardware_concurrency()}};
-        std::string text = fmt::format(
-            "skein {}, built with {}\nkernels for {}: {} lanes{}\nthis process may use {} of "
-            "{} cores\n",
-            SKEIN_VERSION, SKEIN_COMPILER, level_name(widest_lanes()), widest_lanes(), chosen ? " (SKEIN_LANES)" : "",
-            Threads::available_cores(), std::thread::hardware_concurrency());
+        std::string text =
+            fmt::format("skein {}, built with {}\nkernels for {}: {} lanes{}\nthis process may use {} of "
+                        "{} cores\n",
+                        SKEIN_VERSION, SKEIN_COMPILER, level_name(lanes), lanes, chosen ? " (SKEIN_LANES)" : "",
+                        Threads::available_cores(), std::thread::hardware_concurrency());
         std::string results = scene.file;
         if (!scene.file.empty() && !holds_results(scene.file)) {
             refuse_other_directory(scene.file);

@@ -1,7 +1,9 @@
 #include "simulation/machine.hpp"
 
 #include "core/level.hpp"
+#include "kernels/kernels.hpp"
 #include "parallel/threads.hpp"
+#include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 
 #include <unistd.h>
@@ -22,7 +24,16 @@ int ranks_of_this_machine(const Communicator& comm) {
     return static_cast<int>(std::count(hosts.begin(), hosts.end(), mine));
 }
 
-int lanes_for(int asked) { return asked > 0 ? served_lanes(asked) : widest_lanes(); }
+int lanes_for(int asked) {
+    const int served = asked > 0 ? served_lanes(asked) : widest_lanes();
+    try {
+        return kernels(served).lanes;
+    } catch (const InputError&) { // a plan for other processors needs no kernels here
+        return served;
+    }
+}
+
+int lanes_to_choose_from(int asked, int lanes) { return asked > 0 || lanes_for(1) == lanes ? 0 : lanes; }
 
 Machine machine_of(const Communicator& comm, int threads, int lanes_wanted, Mapping mapping) {
     const std::string cores = Threads::available_core_list();
@@ -46,7 +57,7 @@ Machine machine_of(const Communicator& comm, int threads, int lanes_wanted, Mapp
             .lanes = lanes,
             .which_cores = which,
             .mapping = mapping,
-            .most_lanes = lanes_wanted > 0 ? 0 : lanes};
+            .most_lanes = lanes_to_choose_from(lanes_wanted, lanes)};
 }
 
 } // namespace skein

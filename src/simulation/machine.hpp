@@ -6,8 +6,12 @@
 
 namespace skein {
 
-/// Lanes that serve where `asked` are wanted; 0: the most that this processor has.
+/// Lanes of the kernels that serve where `asked` are wanted; 0: the most that this processor runs. If it runs none of
+/// those that are built, those that it would serve.
 int lanes_for(int asked);
+/// Lanes of which a plan may choose fewer for few rods, where so many serve; 0: `asked` are wanted, or there are no
+/// others.
+int lanes_to_choose_from(int asked, int lanes);
 
 /// Collective. `threads` 0: the cores that this rank may use; ranks that the launcher left on the same cores share them
 /// evenly. `lanes` as for lanes_for, 0 for a plan to choose; those of the oldest processor serve for
