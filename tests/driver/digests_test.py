@@ -37,6 +37,7 @@ class Digests(unittest.TestCase):
                             "--set=output.trajectory=0", "--set=output.tips=0", f"--set=output.series={series!r}"],
                            stdout=subprocess.DEVNULL, check=False)
             summary = json.loads(pathlib.Path(out, "summary.json").read_text())
+            if summary["lanes"] != lanes: return None  # of a width that is not built
             self.touched |= any(summary["observables"].get(f"contact_{kind}[J]", 0) != 0 for kind in ("energy", "friction_work", "viscous_work"))
             return summary["digest"]
 
@@ -51,6 +52,7 @@ class Digests(unittest.TestCase):
             self.touched = False
             for lanes in lanes_here()[: 2 if name in ONLY_WIDEST else 4]:
                 digest = self.digest(path, steps, lanes)
+                if digest is None: continue
                 fresh.setdefault(name, {"scene": name, "steps": str(steps), "digest": digest})
                 with self.subTest(scene=name, lanes=lanes):
                     self.assertEqual(digest, fresh[name]["digest"], "another level of instructions, other bits")

@@ -313,9 +313,11 @@ class DriverTest(unittest.TestCase):
         self.directory = pathlib.Path(self._directory.name)
         self.scene = self.directory / "scene.toml"
         self.scene.write_text(SCENE)
+        self.wider = set()
 
     def tearDown(self):
         self._directory.cleanup()
+        if self.wider: self.skipTest(f"runs for {', '.join(sorted(self.wider))} lanes had more, as their kernels are not built: they were compared with themselves")
 
     def command(self, out, *arguments, ranks=1, threads=1):
         return [MPIRUN, "-n", str(ranks), SKEIN, "run", str(self.scene), "--out", str(self.directory / out),
@@ -332,7 +334,15 @@ class DriverTest(unittest.TestCase):
     def skein_says(self, *words, ranks=1, expect=0):
         done = launch(*words, ranks=ranks, refused=expect != 0)
         self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
+        self.note_lanes([str(word) for word in words])
         return done
+
+    def note_lanes(self, words):
+        """Notes runs that have had more lanes than they were to have. A test with such runs is skipped at its end, after all of its comparisons."""
+        if "--lanes" not in words or "--out" not in words: return
+        asked, summary = (words[words.index(word) + 1] for word in ("--lanes", "--out"))
+        summary = pathlib.Path(summary) / "summary.json"
+        if summary.exists() and json.loads(summary.read_text()).get("lanes", 0) > int(asked): self.wider.add(asked)
 
     def plan_text(self, *options):
         done = subprocess.run([SKEIN, "plan", str(self.scene), "-v", *options], capture_output=True, text=True, timeout=200)

@@ -110,6 +110,7 @@ class Methods(DriverTest):
         for count, narrow in ((1, 1), (3, 4), (8, None)):
             scene = HAIR | {"rods": [rod(4e-5, 0.1, 4e9, 50) | {"placement": {"kind": "lattice", "counts": [count, 1], "spacing": [0.01, 0.01]}}]}
             self.write(scene, duration=0.1, integrator="implicit_damped", dt=0.05)
+            if self.plan("--lanes", "1")["machine"]["lanes"] > 1: self.skipTest("kernels of 1 lane are not built")
             most = most or self.plan("--lanes", "8", "--threads", "1")["machine"]["lanes"]
             self.assertEqual(self.plan("--threads", "1")["machine"]["lanes"], most if narrow is None else min(narrow, most))
             self.run_skein(f"chosen_{count}", threads=1)

@@ -22,7 +22,9 @@ class SelfCheck(unittest.TestCase):
     def test_lanes(self):
         for lanes in "1248":
             with self.subTest(lanes=lanes):
-                self.assert_good(self_check("--lanes", lanes))
+                done = self_check("--lanes", lanes)
+                self.assert_good(done)
+                if f", {lanes} lane" not in done.stdout: self.skipTest(f"kernels of {lanes} lanes are not built, or not for this processor")
 
     def test_ranks_and_threads(self):
         for ranks, threads in ((1, 2), (2, 1), (3, 2)):
@@ -30,6 +32,7 @@ class SelfCheck(unittest.TestCase):
                 self.assert_good(self_check("-t", str(threads), launch=(MPIRUN, "-n", str(ranks))), f"good on {ranks} x {threads}")
 
     def test_environment_limits_the_lanes(self):
+        if ", 2 lanes" not in self_check("--lanes", "2").stdout: self.skipTest("kernels of 2 lanes are not built")
         self.assert_good(self_check(environment={"SKEIN_LANES": "2"}), "2 lanes (x86-64)")
         done = self_check(environment={"SKEIN_LANES": "3"})
         self.assertEqual(done.returncode, 2)

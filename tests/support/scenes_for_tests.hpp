@@ -10,9 +10,33 @@
 #include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 
+#include <initializer_list>
+#include <string>
+#include <vector>
+
 namespace skein::test {
 
 inline constexpr double gravity = 9.81; ///< m/s2
+
+/// Of these numbers of lanes those that have kernels of their own in this build, on this processor.
+inline std::vector<int> built_lanes(std::initializer_list<int> lanes = {1, 2, 4, 8}) {
+    std::vector<int> built;
+    for (const int wanted : lanes)
+        if (kernels(wanted).lanes == wanted) built.push_back(wanted);
+    return built;
+}
+/// Those beside the one that serves for one lane.
+inline std::vector<int> other_lanes() {
+    std::vector<int> others;
+    for (const int lanes : built_lanes())
+        if (lanes != kernels(1).lanes) others.push_back(lanes);
+    return others;
+}
+/// Reason to skip comparisons of widths; empty: there are several.
+inline std::string one_width() {
+    if (!other_lanes().empty()) return {};
+    return "kernels of one width alone are built: -DSKEIN_WIDTHS=\"1;2;4;8\" builds others to compare it with";
+}
 
 /// Largest distance between nodes of two states of a rod, m.
 inline double distance(const std::vector<Slot<1>>& a, const std::vector<Slot<1>>& b) {

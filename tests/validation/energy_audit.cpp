@@ -180,7 +180,7 @@ TEST(EnergyAudit, HasTheSameBitsAtEveryWidthAndLeavesTheRunAlone) {
     test::Cost cost;
     const double dt = 0.5 / 128;
     const Balance one = balance(scene, dt, cost, 1);
-    for (const int lanes : {2, 4, 8}) {
+    for (const int lanes : test::other_lanes()) {
         const Balance wide = balance(scene, dt, cost, lanes);
         EXPECT_EQ(wide.end.energy, one.end.energy) << lanes;
         EXPECT_EQ(wide.end.loads, one.end.loads) << lanes;

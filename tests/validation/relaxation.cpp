@@ -233,7 +233,7 @@ TEST(Relaxation, BitsDoNotDependOnLanesOrMapping) {
     rod.placement = {.kind = PlacementKind::line, .counts = {5}, .spacing = {1.0}};
     const SceneSpec scene = relaxing(rod, {{.load = EndForce{.end = {bending_of(rod), 0, 0}}}});
     std::vector<std::uint64_t> digests;
-    for (const int lanes : {1, 2, 4, 8})
+    for (const int lanes : test::built_lanes())
         for (const Mapping mapping : {Mapping::automatic, Mapping::across, Mapping::along}) {
             test::Stage stage(scene, lanes, lanes > 4 ? 2 : 1, mapping);
             stage.advance(40, lanes > 4 ? 1 : 64);

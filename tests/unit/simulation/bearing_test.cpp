@@ -257,6 +257,7 @@ TEST(Bearing, KeepsItsOrderUnderDamping) {
 }
 
 TEST(Bearing, HasTheSameBitsAtAnyWidth) {
+    if (const std::string reason = test::one_width(); !reason.empty()) GTEST_SKIP() << reason;
     for (const std::string& axes : axes_of_bearings) {
         const auto one = after(held_rod(axes), 0.02, 400, 1), eight = after(held_rod(axes), 0.02, 400, 8);
         for (std::size_t k = 0; k < one.size(); ++k)

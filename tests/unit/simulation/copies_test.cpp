@@ -59,7 +59,7 @@ struct Shaken : test::Stage {
 };
 
 template <class F> void with_all(F&& f) {
-    for (const int lanes : {1, 2, 4, 8})
+    for (const int lanes : test::built_lanes())
         for (const int threads : {1, 3})
             for (const Mapping mapping : {Mapping::across, Mapping::automatic}) {
                 SCOPED_TRACE(std::to_string(lanes) + " lanes, " + std::to_string(threads) + " threads, mapping " +
