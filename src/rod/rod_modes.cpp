@@ -21,6 +21,7 @@ public:
     std::size_t size() const { return n_; }
     double& at(std::size_t row, std::size_t column) { return entry_[row * (width_ + 1) + width_ + column - row]; }
     double at(std::size_t row, std::size_t column) const { return entry_[row * (width_ + 1) + width_ + column - row]; }
+    const std::vector<double>& entries() const { return entry_; }
     std::size_t first(std::size_t row) const { return row > width_ ? row - width_ : 0; }
 
     std::vector<double> times(const std::vector<double>& x) const {
@@ -127,6 +128,20 @@ public:
     }
     const Band& stiffness() const { return stiffness_; }
     const Band& mass() const { return mass_; }
+    /// All numbers that the slowest modes follow from.
+    std::vector<double> numbers() const {
+        std::vector<double> all = stiffness_.entries();
+        all.insert(all.end(), mass_.entries().begin(), mass_.entries().end());
+        all.insert(all.end(), unknown_.begin(), unknown_.end());
+        all.insert(all.end(), rod_.node_mass.begin(), rod_.node_mass.end());
+        for (int k = 0; k < rod_.elements(); ++k) {
+            const ElementConstants& c = nth(rod_.element, k);
+            const Quaterniond q = director(k);
+            all.insert(all.end(), {q.w, q.v.x, q.v.y, q.v.z, c.rest_length, c.bending.x, c.bending.y});
+        }
+        all.push_back(rod_.spec().shape.length);
+        return all;
+    }
     /// Turns of the elements in a motion, body.
     std::vector<Vec3d> turns(const std::vector<double>& motion) const {
         std::vector<Vec3d> turn;
@@ -339,11 +354,7 @@ Ritz lowest(const LinearRod& rod, double shift, double rigid, std::size_t count)
     return found;
 }
 
-} // namespace
-
-std::vector<RodMode> slowest_bending(const RodGroup& rod, std::size_t most) {
-    const LinearRod linear(rod);
-    if (linear.mass().size() == 0) return {};
+std::vector<RodMode> find_slowest(const LinearRod& linear, const RodGroup& rod, std::size_t most) {
     const double scale = slow_scale(rod), length = rod.spec().shape.length;
     double mass = 0;
     for (const double m : rod.node_mass) mass += m;
@@ -363,6 +374,32 @@ std::vector<RodMode> slowest_bending(const RodGroup& rod, std::size_t most) {
         if (along < 4 * across && across * length * length * mass > 1e-3) modes.push_back(std::move(mode));
     }
     return modes;
+}
+
+struct KnownModes {
+    std::size_t most;
+    std::vector<double> numbers;
+    std::vector<RodMode> modes;
+};
+
+} // namespace
+
+std::vector<RodMode> slowest_bending(const RodGroup& rod, std::size_t most) {
+    const LinearRod linear(rod);
+    if (linear.mass().size() == 0) return {};
+    // A path of solutions plans the same rod hundreds of times, which took nine tenths of its time.
+    constexpr std::size_t most_known = 8;
+    thread_local std::vector<KnownModes> known; // the last ones first
+    std::vector<double> numbers = linear.numbers();
+    auto at = std::find_if(known.begin(), known.end(),
+                           [&](const KnownModes& one) { return one.most == most && one.numbers == numbers; });
+    if (at == known.end()) {
+        if (known.size() == most_known) known.pop_back();
+        known.push_back({most, std::move(numbers), find_slowest(linear, rod, most)});
+        at = known.end() - 1;
+    }
+    std::rotate(known.begin(), at, at + 1);
+    return known.front().modes;
 }
 
 } // namespace skein

@@ -48,6 +48,29 @@ TEST(RodModes, OfPinnedRodsAreThoseOfAChain) {
     }
 }
 
+/// Modes of the last rods are kept; of each rod here, one number is another.
+TEST(RodModes, AreNotThoseOfAnotherRodThatCameBefore) {
+    const RodSpec first = thin(40, EndKind::clamped, EndKind::free);
+    const auto slowest = [](const RodSpec& spec) { return slowest_bending(made(spec), 3).front(); };
+    const RodMode before = slowest(first);
+    const auto expect_ratio = [&](RodSpec spec, double ratio, const char* what) {
+        EXPECT_NEAR(slowest(spec).eigenvalue / before.eigenvalue, ratio, 1e-2 * ratio) << what;
+        const RodMode again = slowest(first);
+        EXPECT_EQ(again.eigenvalue, before.eigenvalue) << what;
+        EXPECT_EQ(again.turn.back().x, before.turn.back().x) << what;
+        EXPECT_EQ(slowest_bending(made(first), 1).size(), 1u) << what;
+    };
+    RodSpec stiff = first, heavy = first, far = first, held = first;
+    stiff.material.youngs_modulus *= 3;
+    expect_ratio(stiff, 3, "stiffness");
+    heavy.material.density *= 3;
+    expect_ratio(heavy, 1.0 / 3, "mass");
+    far.shape.length *= 1.5;
+    expect_ratio(far, std::pow(1.5, -4), "length");
+    held.end = EndKind::pinned;
+    expect_ratio(held, std::pow(3.9266 / 1.8751, 4), "supports");
+}
+
 TEST(RodModes, KnowTheEnds) {
     using enum EndKind;
     const auto expect_root = [](RodSpec spec, double root, const char* what) {
