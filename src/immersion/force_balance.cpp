@@ -308,7 +308,6 @@ void ForceBalance::take_given(std::size_t i, std::span<const SharpForcing::Given
         start.residual_angular_impulse -= fluid_.density * whole.angular;
         for (std::size_t end_of = 0; end_of < 2; ++end_of) shifted[k + end_of] += fluid_.density * shifted_by[end_of];
         const std::size_t other = (k + 1) % n;
-        if (other == 0 && !group_of(i).closed()) continue;
         const SharpStage& next = sharp_stage_[first + other];
         const Vec3d faster = here.turn_gain - next.turn_gain,
                     turn_kept = transpose_times(here.frame, scale(here.turn_shared[1], here.frame * faster)) +
@@ -470,7 +469,7 @@ template <class Body> void ForceBalance::for_slots(Body&& body) const {
 }
 
 std::size_t ForceBalance::record() const {
-    return (sizeof(SlotExchange) + (sharp_slot_.empty() ? 0 : sizeof(SharpSlot))) / sizeof(double);
+    return (sizeof(SlotExchange) + (rods_.has_sharp_rods() ? sizeof(SharpSlot) : 0)) / sizeof(double);
 }
 
 ForceBalance::SlotRecord ForceBalance::record_of(std::size_t slot) const {

@@ -20,7 +20,7 @@ ImmersedKinds::Kind ImmersedKinds::kind_of(const RodGroup& own) const {
         kind.sharp = !kind.sharp_shares.empty();
     }
     if (!kind.sharp || !own.body()) kind.markers = rod_markers(own, grid_, numbers_.retraction, kind.sharp_shares);
-    // Markers end at the retraction. Where an end is thin beyond it alone, they would leave their share to nobody.
+    // Markers end at the retraction. If an end is thin beyond it alone, they would leave their share to nobody.
     if (kind.markers.empty()) std::fill(kind.sharp_shares.begin(), kind.sharp_shares.end(), 1.0);
     if (!numbers_.feels_fluid) return kind;
     if (kind.sharp && own.body())

@@ -134,7 +134,7 @@ private:
         one.excess = cut.weights.excess;
         one.pull = cut.weights.excess * one.velocity;
         one.closed = cut.weights.closed_share;
-        one.shift = 0;
+        one.shift *= cut.weights.closed_share;
         one.again = again;
         for (int d = 0; d < 3; ++d) {
             const double ahead = nth(cut.weights.ahead, d);

@@ -222,7 +222,7 @@ Vec3d SweptSurface::spin_gain(const RodMotion& motion, const Foot& foot, const T
 }
 
 Vec3d SweptSurface::shift_of(const RodMotion& motion, const Foot& foot, const Turning& turning) const {
-    if (turning.share == 0) return {0, 0, 0};
+    if (turning.per_way == 0) return {0, 0, 0};
     const Vec3d apart = turning.per_way * cross(tangent(foot.element), spin_gain(motion, foot, turning));
     const Mat3d& frame = now_.frame[foot.element];
     const Half half = half_at(foot.element, foot.along);

@@ -28,7 +28,7 @@ namespace {
 const std::string checkpoint_format = "skein-checkpoint";
 /// Version 2 has directors as quaternions, and the sums of an audit. Springs at walls have weights since 4 and no works
 /// of their own since 5. Fluids have no gained velocities of rods since 6, and slips since 7. Works of contacts have
-/// several numbers since 8.
+/// several numbers since 8. Rods with sharp surfaces have shifts and mean rates since 9.
 constexpr std::int64_t format_version = 9, version_of_springs = 5, oldest_version = 2;
 
 std::string saved_dataset(const SavedNumbers& saved) { return "/kept/" + saved.name; }

@@ -518,6 +518,7 @@ void FluidInteraction::restore(const SavedNumbers& kept) {
     }
     if (bodies_ && bodies_->balance()) {
         const std::size_t of_balance = bodies_->balance()->saved_numbers();
+        if (more.size() < of_balance) throw IoError("the fluid of a checkpoint differs from the fluid of the scene");
         bodies_->balance()->restore(more.first(of_balance));
         more = more.subspan(of_balance);
     }

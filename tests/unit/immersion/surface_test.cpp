@@ -225,7 +225,7 @@ TEST(SweptSurface, RodsThatBendKeepTheirVolume) {
         const auto velocity = [&](const Vec3d& at) { return rod.velocity(rod.nearest(at)); };
         constexpr double step = 1e-5;
         for (const double x : {-0.25, 0.1, 0.3})
-            for (const double z : {0.55, 1.13, 1.74}) {
+            for (const double z : {0.5, 0.55, 1.13, 1.74}) { // the first one in the middle of an element
                 const Vec3d at{x, 0.07, z};
                 double divergence = 0;
                 for (const Vec3d& e : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}})
