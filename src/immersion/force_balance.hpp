@@ -52,7 +52,7 @@ struct SlotExchange {
     Vec3d added_angular_momentum{0, 0, 0};   ///< L of the element, N m s
 };
 
-/// What a slot of a rod with a sharp surface keeps from its last stage, lab components.
+/// State of a slot of a rod with a sharp surface from its last stage, lab components.
 struct SharpSlot {
     Vec3d shifted{0, 0, 0};                           ///< S of the node, N s
     Vec3d mean_velocity{0, 0, 0}, mean_spin{0, 0, 0}; ///< of the node and the element, m/s, rad/s

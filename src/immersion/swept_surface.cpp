@@ -221,9 +221,9 @@ Vec3d SweptSurface::spin_gain(const RodMotion& motion, const Foot& foot, const T
     return more - dot(more, t) * t; // elements that twist slide on each other, without divergence
 }
 
-Vec3d SweptSurface::shift_of(const RodMotion& motion, const Foot& foot, const Turning& turning) const {
+Vec3d SweptSurface::shift_of(const Foot& foot, const Turning& turning, const Vec3d& gain) const {
     if (turning.per_way == 0) return {0, 0, 0};
-    const Vec3d apart = turning.per_way * cross(tangent(foot.element), spin_gain(motion, foot, turning));
+    const Vec3d apart = turning.per_way * cross(tangent(foot.element), gain);
     const Mat3d& frame = now_.frame[foot.element];
     const Half half = half_at(foot.element, foot.along);
     const double a = half.along_d1, b = section_ == SweptSection::plate ? 0 : half.along_d2,
@@ -242,9 +242,9 @@ Vec3d SweptSurface::velocity_of(const RodMotion& motion, const Foot& foot) const
     const Vec3d narrows =
         section_ == SweptSection::plate ? dot(foot.off, d1) * d1 : 0.5 * (foot.off - dot(foot.off, t) * t);
     const Turning at = turning(foot);
-    const Vec3d spin = motion.spin[k] + at.share * spin_gain(motion, foot, at);
+    const Vec3d faster = spin_gain(motion, foot, at), spin = motion.spin[k] + at.share * faster;
     return motion.velocity[k] + foot.along * gain + cross(spin, foot.off) - rate * narrows +
-           shift_of(motion, foot, at); // (153)
+           shift_of(foot, at, faster); // (153)
 }
 
 } // namespace skein

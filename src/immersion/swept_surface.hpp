@@ -81,7 +81,10 @@ public:
     };
     Turning turning(const Foot& foot) const;
     /// Part of velocity() across the axis by which sections take the volume of bending back, 0 at the surface.
-    Vec3d shift(const Foot& foot) const { return shift_of(now_, foot, turning(foot)); }
+    Vec3d shift(const Foot& foot) const {
+        const Turning at = turning(foot);
+        return shift_of(foot, at, spin_gain(now_, foot, at));
+    }
     /// Direction of an element's axis.
     Vec3d tangent(std::size_t k) const { return (1 / length_[k]) * (now_.node[k + 1] - now_.node[k]); }
     const Mat3d& frame(std::size_t element) const { return now_.frame[element]; }
@@ -100,9 +103,9 @@ private:
     /// Distance from the surface of a section, m, `beyond` its plane at a joint.
     double from_section(const Half& half, double y1, double y2, double beyond) const;
     Vec3d velocity_of(const RodMotion& motion, const Foot& foot) const;
-    /// What the spin of the other element has more than that of the foot's, across the axis, rad/s.
+    /// Spin of the other element less the one of the foot's, across the axis, rad/s.
     Vec3d spin_gain(const RodMotion& motion, const Foot& foot, const Turning& turning) const;
-    Vec3d shift_of(const RodMotion& motion, const Foot& foot, const Turning& turning) const;
+    Vec3d shift_of(const Foot& foot, const Turning& turning, const Vec3d& gain) const;
     /// Place from the first node in coordinates of cubes; plates have two.
     Vec3d in_cubes(const Vec3d& place) const;
     Foot nearest_of(std::span<const std::uint32_t> elements, const Vec3d& place) const;

@@ -135,7 +135,7 @@ public:
     }
 
 private:
-    /// Of rods that are alike. Plans of rods with sizes of their own take each kind in turn, and the least inertia.
+    /// Inertia of rods that are alike. Plans of rods of own sizes take each kind in turn, and the least inertia.
     const std::shared_ptr<const InertiaInFluid>& inertia_of(const RodGroup& group) const {
         return kinds->of(group, 0).inertia;
     }
