@@ -126,12 +126,35 @@ public:
                 some |= now;
             }
             while (some != 0) some = push(rod, load, step.kick, wall, contacts, i, at, radius);
-            if (tangents_) stiffen_near(rod, step.kick, wall, contacts, i, at, radius);
+            if (has_tangents && tangents_) stiffen_near(rod, step.kick, wall, contacts, i, at, radius);
         }
     }
 
     void try_state(const RodTile<W>& rod, const Slot<W>* start, SlotLoad<W>* load, const Step& step,
                    const StageSpan<W>& span) const override {
+        if constexpr (!has_tangents) return;
+        else try_contacts(rod, start, load, step, span);
+    }
+    void end_stage(const RodTile<W>& rod, const Slot<W>* start, const Step& step,
+                   const StageSpan<W>& span) const override {
+        if constexpr (!has_tangents) return;
+        else end_contacts(rod, start, step, span);
+    }
+    const WallSlopes<W>& slopes(std::size_t tile) const override { return slopes_[tile]; }
+    void keep(std::size_t place) override { contacts_->keep(place); }
+    void go_back(std::size_t place) override { contacts_->go_back(place); }
+
+private:
+    using P = Pack<W>;
+    using Entry = typename WallContactTiles<W>::Entry;
+    using TileContacts = typename WallContactTiles<W>::TileContacts;
+
+    /// Bodies at rest and rods along step neither implicitly nor in a bed: that code is left out, as it compiles for
+    /// long.
+    static constexpr bool has_tangents = W != dual && Points::lies_across;
+
+    void try_contacts(const RodTile<W>& rod, const Slot<W>* start, SlotLoad<W>* load, const Step& step,
+                      const StageSpan<W>& span) const {
         slopes_[rod.number].clear();
         for_touches<false>(rod, start, step, span,
                            [&](int i, std::size_t, const Mask<W>& lanes, const ContactState<Pack<W>>& state,
@@ -146,8 +169,7 @@ public:
                                                   select(lanes, out.on_point, Vec3<Pack<W>>{zero, zero, zero}));
                            });
     }
-    void end_stage(const RodTile<W>& rod, const Slot<W>* start, const Step& step,
-                   const StageSpan<W>& span) const override {
+    void end_contacts(const RodTile<W>& rod, const Slot<W>* start, const Step& step, const StageSpan<W>& span) const {
         TileContacts& contacts = contacts_->of_tile(rod.number);
         for_touches<true>(rod, start, step, span,
                           [&](int i, std::size_t w, const Mask<W>& lanes, const ContactState<Pack<W>>& state,
@@ -155,14 +177,6 @@ public:
                               book(contacts, w, lanes, -out.on_point, out, overlap_of(state, points_.radius(rod, i)));
                           });
     }
-    const WallSlopes<W>& slopes(std::size_t tile) const override { return slopes_[tile]; }
-    void keep(std::size_t place) override { contacts_->keep(place); }
-    void go_back(std::size_t place) override { contacts_->go_back(place); }
-
-private:
-    using P = Pack<W>;
-    using Entry = typename WallContactTiles<W>::Entry;
-    using TileContacts = typename WallContactTiles<W>::TileContacts;
 
     /// Overlap of a point of this radius at rest, over its diameter.
     template <class R> static P overlap_of(const ContactState<P>& state, const R& radius) {
@@ -337,7 +351,7 @@ private:
             contact_force<W>(one.kinds, one.law, state, h, memory, {}, P(0.0),
                              one.kinds.friction == ContactFriction::anisotropic ? &lie : nullptr);
         points_.push(rod, load, point, lanes, out.on_1, out.arm_1 * out.moment);
-        if (tangents_) {
+        if (has_tangents && tangents_) {
             const auto slopes = contact_slopes<W>(one.kinds, one.law, state, h, out, {}, P(0.0), tangents_->zone);
             const auto there = [&](const P& of) { return select(lanes, of, P(0.0)); };
             points_.stiffen(rod, (*tangents_)[rod.number], point,

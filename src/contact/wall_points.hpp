@@ -60,6 +60,7 @@ template <class P> SKEIN_INLINE void add_by_lever(P (&to)[3][3], const P (&s)[3]
 template <int W, class Map = Across<W>> class RodNodes {
 public:
     using P = Pack<W>;
+    static constexpr bool lies_across = std::is_same_v<Map, Across<W>>;
     explicit RodNodes(const RodGroup& group) {
         for_each_kind(group, [&](const RodGroup& kind, double) {
             for (const ElementConstants& e : kind.element) largest_radius_ = std::max(largest_radius_, e.radius);
@@ -135,6 +136,7 @@ private:
 template <int W> class SurfacePoints {
 public:
     using P = Pack<W>;
+    static constexpr bool lies_across = true;
     explicit SurfacePoints(const RodGroup& group) : body_(*group.body()) {
         for (const BodyShape::Point& p : body_.point) largest_radius_ = std::max(largest_radius_, p.radius);
     }

@@ -27,6 +27,8 @@ namespace skein {
 template <int W> class JointsOfCluster : public ClusterJoints<W> {
     using P = Pack<W>;
     static constexpr int lanes = lanes_of<W>;
+    /// Bodies at rest run joints across, and never within a step: the rest is left out there, as it compiles for long.
+    static constexpr bool in_steps = W != dual;
 
 public:
     /// `gains`: of the kicks, where there are junctions.
@@ -105,6 +107,7 @@ public:
         std::fill_n(load, across ? across_.slots : within_.slots, JoinedLoad<W>{});
         for (const Run& run : runs_) {
             const At at{slot, run.motor_of(step.slot), step.dt, step.time, memory, load, JointTime::staggered};
+            assert(across || in_steps);
             if (across) (this->*run.across)(run, at);
             else (this->*run.within)(run, at);
         }
@@ -117,6 +120,7 @@ public:
     Mask<W> goes_along(std::size_t i, const P* memory) const override { return junctions_->goes_along(i, memory); }
     void try_state(const Slot<W>* slot, const EndMoments<W>* moments, const Step& step, const P* memory,
                    JoinedLoad<W>* load) const override {
+        assert(in_steps);
         std::fill_n(load, across_.slots, JoinedLoad<W>{});
         for (const Run& run : runs_)
             (this->*run.across)(run, {slot, run.motor_of(step.slot), step.dt, step.time, const_cast<P*>(memory), load,
@@ -191,10 +195,15 @@ private:
         JointTime state;
     };
     using Kernel = void (JointsOfCluster::*)(const Run&, const At&) const;
+    /// Loads of W joints of a table with a memory, which may change it.
+    using MemoryLaw = JointNodeLoads<P> (*)(const Run&, const AxisAt<P>&, const At&, const JoinedElement<P>&,
+                                            const JoinedElement<P>&, const Quaternion<P>& rest, const P& length,
+                                            P* memory);
     struct Run {
         std::size_t table;
         JointSpec spec;
         Kernel across, within;
+        MemoryLaw law; ///< null without a memory
         MotorsByRod<W> motors;
         std::size_t first = 0, end = 0;                 ///< range of joints
         std::size_t first_pack = 0, end_pack = 0;       ///< range of packs of W joints
@@ -273,7 +282,7 @@ protected:
 
 private:
     void open(std::size_t table, const JointSpec& spec) {
-        Run run{table, spec, nullptr, nullptr, MotorsByRod<W>(spec)};
+        Run run{table, spec, nullptr, nullptr, nullptr, MotorsByRod<W>(spec)};
         if (spec.has_motor()) {
             run.motor.resize(Clock::largest_batch);
             run.motor_at_end.resize(Clock::largest_batch);
@@ -285,24 +294,26 @@ private:
         run.numbers = memory_numbers(spec);
         run.more = run.numbers > 0 ? more_memory_numbers(spec) : 0;
         if (tears(spec)) run.across = run.within = &JointsOfCluster::run_nothing; // the junctions tear
-        else if (spec.events.any())
-            with_event(spec, [&]<JointForm Form, JointTurn Turn>() {
-                run.across = &JointsOfCluster::template run_events<true, Form, Turn>;
-                run.within = &JointsOfCluster::template run_events<false, Form, Turn>;
-            });
-        else if (run.numbers > 0)
-            with_form(spec, [&]<JointForm Form>() {
-                run.across = &JointsOfCluster::template run_form<true, Form>;
-                run.within = &JointsOfCluster::template run_form<false, Form>;
-            });
-        else
+        else if (run.numbers > 0) {
+            run.law = memory_law(spec);
+            run.across = &JointsOfCluster::template run_memory<true>;
+            if constexpr (in_steps) run.within = &JointsOfCluster::template run_memory<false>;
+        } else
             with_joint(spec, [&]<JointTurn Turn, bool Damped, bool Repels>() {
                 run.across = &JointsOfCluster::template run_springs<true, Turn, Damped, Repels>;
-                run.within = &JointsOfCluster::template run_springs<false, Turn, Damped, Repels>;
+                if constexpr (in_steps)
+                    run.within = &JointsOfCluster::template run_springs<false, Turn, Damped, Repels>;
             });
         run.first = run.end = slots_across_.size();
         run.first_pack = run.end_pack = gathered_.size();
         runs_.push_back(std::move(run));
+    }
+    static MemoryLaw memory_law(const JointSpec& spec) {
+        MemoryLaw law = nullptr;
+        if (spec.events.any())
+            with_event(spec, [&]<JointForm Form, JointTurn Turn>() { law = &event_loads<Form, Turn>; });
+        else with_form(spec, [&]<JointForm Form>() { law = &form_loads<Form>; });
+        return law;
     }
     void run_nothing(const Run&, const At&) const {}
     /// True where joints of a table have come to their end at a time, to the rounding of times.
@@ -463,16 +474,17 @@ private:
         }
     }
     /// Loads of a joint that may not be made yet, or have ended.
-    template <JointForm Form, JointTurn Turn>
-    [[gnu::noinline]] static JointNodeLoads<P> event_loads(const Run& run, const AxisAt<P>& laws, const At& at,
-                                                           JoinedElement<P> a, JoinedElement<P> b,
-                                                           const Quaternion<P>& rest, const P& length, P* packs) {
+    template <JointForm Form, JointTurn Turn> [[gnu::noinline]] static JointNodeLoads<P>
+    event_loads(const Run& run, const AxisAt<P>& laws, const At& at, const JoinedElement<P>& first_element,
+                const JoinedElement<P>& second_element, const Quaternion<P>& rest, const P& length, P* packs) {
+        JoinedElement<P> a = first_element, b = second_element;
         const P one(1.0);
         const JointEvents& events = run.spec.events;
         JointMemory<P>& memory = *reinterpret_cast<JointMemory<P>*>(packs);
         const AxesMemory<P> axes = axes_memory(packs, run.more);
         if (at.time < events.from) return {};
-        if (at.state == JointTime::trial) return tried_event_loads<Form, Turn>(run, laws, a, b, memory, axes);
+        if constexpr (in_steps)
+            if (at.state == JointTime::trial) return tried_event_loads<Form, Turn>(run, laws, a, b, memory, axes);
         const Mask<W> fresh = memory.state < one;
         if (any(fresh)) { // of all copies at once; spare lanes after a restart too
             const JointRest<P> start{a.arm, a.axis, b.arm, b.axis, rest, length};
@@ -614,23 +626,20 @@ private:
             [&](std::size_t, const auto& a, const auto& b, const auto& rest, const P& length) __attribute__((
                 always_inline)) { return node_loads<Turn, Damped, Repels, W>(run.spec.law, a, b, rest, length); });
     }
-    template <bool Across, JointForm Form> void run_form(const Run& run, const At& at) const {
-        for_joints<Across, true>(
-            run, at,
-            [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
-                __attribute__((always_inline)) {
-                    return node_loads<Form, W>(laws<Across>(run, at, i), a, b, rest, length,
-                                               axes_memory(memory_of<Across>(run, at, i), run.more));
-                });
+    template <JointForm Form> static JointNodeLoads<P> form_loads(const Run& run, const AxisAt<P>& laws, const At&,
+                                                                  const JoinedElement<P>& a, const JoinedElement<P>& b,
+                                                                  const Quaternion<P>& rest, const P& length,
+                                                                  P* memory) {
+        return node_loads<Form, W>(laws, a, b, rest, length, axes_memory(memory, run.more));
     }
-    template <bool Across, JointForm Form, JointTurn Turn> void run_events(const Run& run, const At& at) const {
+    /// One piece of code for all tables with a memory, whose laws are called.
+    template <bool Across> void run_memory(const Run& run, const At& at) const {
         for_joints<Across, true>(
             run, at,
-            [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
-                __attribute__((always_inline)) {
-                    return event_loads<Form, Turn>(run, laws<Across>(run, at, i), at, a, b, rest, length,
-                                                   memory_of<Across>(run, at, i));
-                });
+            [&](std::size_t i, const auto& a, const auto& b, const auto& rest,
+                const P& length) __attribute__((always_inline)) {
+                return run.law(run, laws<Across>(run, at, i), at, a, b, rest, length, memory_of<Across>(run, at, i));
+            });
     }
 
     /// Spare lanes of a tile do what its last rod does.

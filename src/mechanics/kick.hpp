@@ -154,13 +154,12 @@ private:
     bool alike_;
 };
 
-/// Kick of a tile along.
-template <KickKind Kind, int W> class KickAlongPass final : public TilePass<W> {
+/// Kick of a tile along: all but the kick itself, so that it is compiled once.
+template <int W> class KicksAlong : public TilePass<W> {
 public:
     /// Constants of every group of the family, by RodGroup::id; `of_rod` computes those of a rod with a size of its
     /// own.
-    explicit KickAlongPass(std::map<int, KicksOfGroup> constants,
-                           std::function<KicksOfGroup(const RodGroup&)> of_rod = {})
+    explicit KicksAlong(std::map<int, KicksOfGroup> constants, std::function<KicksOfGroup(const RodGroup&)> of_rod = {})
         : constants_(std::move(constants)), of_rod_(std::move(of_rod)) {
         for (const auto& [group, kicks] : constants_) alike_ = alike_ && rates_alike(kicks);
     }
@@ -201,22 +200,33 @@ public:
             rows.element.close();
         }
     }
-    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
-        const Rows& c = nth(tiles_[rod.number], step.kick_length);
-        if (alike_) KickPass<Kind, W>::template kick<true>(c, rod, load);
-        else KickPass<Kind, W>::template kick<false>(c, rod, load);
-    }
 
-private:
+protected:
     using P = Pack<W>;
     struct Rows {
         LaneRows<KickNodeOf<P>> node;
         LaneRows<KickElementOf<P>> element;
     };
+    const Rows& rows(const RodTile<W>& rod, const Step& step) const {
+        return nth(tiles_[rod.number], step.kick_length);
+    }
+    bool alike() const { return alike_; }
+
+private:
     std::map<int, KicksOfGroup> constants_;
     std::function<KicksOfGroup(const RodGroup&)> of_rod_;
     bool alike_ = true;
     std::vector<std::vector<Rows>> tiles_; ///< by tile number and kick length
+};
+
+template <KickKind Kind, int W> class KickAlongPass final : public KicksAlong<W> {
+public:
+    using KicksAlong<W>::KicksAlong;
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
+        const auto& c = this->rows(rod, step);
+        if (this->alike()) KickPass<Kind, W>::template kick<true>(c, rod, load);
+        else KickPass<Kind, W>::template kick<false>(c, rod, load);
+    }
 };
 
 } // namespace skein

@@ -25,7 +25,8 @@
 
 namespace skein {
 
-template <class Law, int W> class RelaxPass final : public TilePass<W>, public RelaxesTogether<W> {
+/// All of it but the stiffness of a law, so that it is compiled once.
+template <int W> class RelaxingPass : public TilePass<W>, public RelaxesTogether<W> {
 public:
     static constexpr double momentum = 0.9; ///< a: modes down to (1 - sqrt a)^2 of M's settle alike
     /// a of rods that may touch something, which have softer modes
@@ -33,7 +34,7 @@ public:
     /// least share of the farthest step for rods that bounce
     static constexpr double least_reach = 1e-4;
 
-    RelaxPass(const RodGroup& group, RelaxationContacts contacts, std::shared_ptr<RelaxationResidual> residual)
+    RelaxingPass(const RodGroup& group, RelaxationContacts contacts, std::shared_ptr<RelaxationResidual> residual)
         : group_(group.id()), ends_(ends_of(group)), rod_(group, contacts), contacts_(std::move(contacts)),
           residual_(std::move(residual)), momentum_(contacts_.any() ? touched_momentum : momentum) {}
 
@@ -83,9 +84,13 @@ public:
         return 1;
     }
 
-private:
+protected:
     using P = Pack<W>;
     using Block = BandBlock<W>;
+
+private:
+    /// Adds the present stiffness of the rod.
+    virtual void add_stiffness(const RodTile<W>& rod, const Ends& ends, Block* block) const = 0;
 
     static const RingCoupling<W>* solve_as_ring(int last, Block* block) {
         static thread_local AlignedVector<RingCoupling<W>> couplings;
@@ -120,7 +125,7 @@ private:
             block[k].add(3, P(rod_[k].own_turn));
         }
         if (contacts_.any()) touch(rod.n, last, load, block);
-        TangentStiffness<Law, W>::add(rod, ends_, block);
+        add_stiffness(rod, ends_, block);
         for (int k = 0; k <= last; ++k) load_of(rod, load, k, block[k]);
         for (int k = 0; k <= last; ++k)
             for (int i = 0; i < Block::size; ++i)
@@ -222,6 +227,16 @@ private:
     std::shared_ptr<RelaxationResidual> residual_;
     double momentum_;
     mutable AlignedVector<P> reach_; ///< by tile: share of the farthest step that a rod may take now
+};
+
+template <class Law, int W> class RelaxPass final : public RelaxingPass<W> {
+public:
+    using RelaxingPass<W>::RelaxingPass;
+
+private:
+    void add_stiffness(const RodTile<W>& rod, const Ends& ends, BandBlock<W>* block) const override {
+        TangentStiffness<Law, W>::add(rod, ends, block);
+    }
 };
 
 } // namespace skein
