@@ -16,9 +16,9 @@ namespace skein {
 namespace {
 
 constexpr double tolerance = 1e-10; ///< of the scaled residual, over that of the right side
-constexpr int most_iterations = 400, most_vectors = 200;
+constexpr int most_iterations = 400, most_directions = 200;
 constexpr int most_failures = 3;
-constexpr double least_pivot = 1e-14;
+constexpr double least_rod_pivot = 1e-14;
 constexpr Eigen::Index large_coarse = 3000; ///< motions from which the factor of the coarse problem is a large one
 
 /// Part between unknowns of the same rod.
@@ -70,7 +70,7 @@ bool TwoLevelFactor::make_levels() {
     own_.compute(parts_of_rods(even, rods_.first));
     if (own_.info() != Eigen::Success) return false;
     const Eigen::ArrayXd pivots = own_.vectorD().array();
-    if (!((symmetric_ ? pivots : Eigen::ArrayXd(pivots.abs())) > least_pivot).all()) return false;
+    if (!((symmetric_ ? pivots : Eigen::ArrayXd(pivots.abs())) > least_rod_pivot).all()) return false;
     motions_ = rigid_motions();
     const Stiffness coarse = motions_.transpose() * Stiffness(even * motions_);
     if (!coarse_ && coarse.rows() >= large_coarse) coarse_ = make_large_factor(true);
@@ -153,13 +153,13 @@ bool TwoLevelFactor::gmres(const Unknown& right, Unknown& x) const {
     if (size == 0) return true;
     Eigen::MatrixXd basis(right.size(), 32);
     basis.col(0) = right / size;
-    Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(most_vectors + 1, most_vectors);
-    Unknown left = Unknown::Zero(most_vectors + 1);
+    Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(most_directions + 1, most_directions);
+    Unknown left = Unknown::Zero(most_directions + 1);
     left[0] = size;
     std::vector<Eigen::JacobiRotation<double>> turns;
     Eigen::Index k = 0;
     while (std::abs(left[k]) > tolerance * size) {
-        if (k == most_vectors) return false;
+        if (k == most_directions) return false;
         Unknown next = matrix_ * precondition(basis.col(k));
         for (int pass = 0; pass < 2; ++pass) { // the second restores the right angles that rounding takes
             const Unknown parts = basis.leftCols(k + 1).transpose() * next;

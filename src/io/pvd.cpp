@@ -15,7 +15,7 @@ namespace skein {
 
 namespace {
 
-const std::string opening =
+const std::string pvd_opening =
     "<?xml version=\"1.0\"?>\n<!-- skein -->\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n";
 const std::string closing = "</Collection>\n</VTKFile>\n";
 
@@ -31,7 +31,7 @@ void write_over(const std::string& path, std::size_t at, const std::string& text
 
 } // namespace
 
-PvdFile::PvdFile(std::string path, const std::vector<Entry>& entries) : path_(std::move(path)), text_(opening) {
+PvdFile::PvdFile(std::string path, const std::vector<Entry>& entries) : path_(std::move(path)), text_(pvd_opening) {
     for (const Entry& entry : entries) text_ += line(entry);
 }
 
@@ -54,6 +54,6 @@ void PvdFile::append(const Entry& entry) {
     text_ += added;
 }
 
-bool is_pvd_document(std::string_view text) { return text.starts_with(opening); }
+bool is_pvd_document(std::string_view text) { return text.starts_with(pvd_opening); }
 
 } // namespace skein

@@ -25,7 +25,7 @@ namespace skein {
 namespace {
 
 /// Version 2 has digests of frames, and the step before the first one.
-constexpr std::int64_t format_version = 2;
+constexpr std::int64_t trajectory_version = 2;
 /// Size of a frame's step, time and digest.
 constexpr std::uint64_t stamp_bytes = sizeof(std::int64_t) + sizeof(double) + sizeof(std::uint64_t);
 
@@ -202,7 +202,7 @@ struct FrameWriter::Impl {
         file = std::make_unique<H5File>(comm, temporary(), H5File::Mode::create);
         file->reserve(bytes);
         file->set("/", "format", trajectory_format);
-        file->set("/", "version", format_version);
+        file->set("/", "version", trajectory_version);
         file->set("/", "title", settings.title);
         file->set("/", "kind", kind_name());
         file->set("/", "after", last_closed);

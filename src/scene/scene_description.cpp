@@ -18,17 +18,17 @@ namespace skein {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 bool is_within(const KeyEntry& key, const std::string& path) {
     return path.empty() || key.path() == path || key.table == path || key.table.starts_with(path + ".");
 }
 
-Json json_of_key(const KeyEntry& key) {
-    Json json = {{"path", key.path()},    {"table", key.table},     {"key", key.field.name},
-                 {"type", key.type},      {"unit", key.field.unit}, {"required", key.field.required},
-                 {"text", key.field.text}};
-    if (!key.field.required) json["default"] = key.value == "-" ? Json() : Json(key.value);
+OrderedJson json_of_key(const KeyEntry& key) {
+    OrderedJson json = {{"path", key.path()},    {"table", key.table},     {"key", key.field.name},
+                        {"type", key.type},      {"unit", key.field.unit}, {"required", key.field.required},
+                        {"text", key.field.text}};
+    if (!key.field.required) json["default"] = key.value == "-" ? OrderedJson() : OrderedJson(key.value);
     if (!key.choices.empty()) json["choices"] = std::vector<std::string_view>(key.choices.begin(), key.choices.end());
     for (const auto& [name, bound] : {std::pair{"above", key.field.above}, std::pair{"at_least", key.field.at_least},
                                       std::pair{"at_most", key.field.at_most}})
@@ -39,7 +39,7 @@ Json json_of_key(const KeyEntry& key) {
 } // namespace
 
 std::string description_json(const std::string& path) {
-    Json tables = Json::array(), keys = Json::array(), examples = Json::object();
+    OrderedJson tables = OrderedJson::array(), keys = OrderedJson::array(), examples = OrderedJson::object();
     std::vector<std::string> named;
     for (const KeyEntry& key : all_keys()) {
         if (!is_within(key, path)) continue;
@@ -52,7 +52,7 @@ std::string description_json(const std::string& path) {
         tables.push_back({{"name", table}, {"heading", table_heading(table)}, {"list", is_list(table)}});
     }
     if (keys.empty()) return {};
-    return Json{{"tables", tables}, {"keys", keys}, {"examples", examples}}.dump(1) + "\n";
+    return OrderedJson{{"tables", tables}, {"keys", keys}, {"examples", examples}}.dump(1) + "\n";
 }
 
 std::string nearest_key(const std::string& path) {

@@ -17,7 +17,7 @@ namespace skein {
 
 namespace {
 
-constexpr double share = 1e-6; ///< of a number, by which it is changed to either side
+constexpr double change_of_number = 1e-6; ///< of a number, by which it is changed to either side
 
 /// Columns of these observables, or of all where none is named.
 std::vector<std::size_t> columns_of(const std::vector<std::string>& of, const std::vector<std::string>& names) {
@@ -45,7 +45,8 @@ std::vector<ChangedNumber> numbers_of(const SceneSpec& scene, const std::vector<
     for (std::size_t i = 0; i < keys.size(); ++i) {
         refuse_whole(found[i], keys[i]);
         out.push_back({keys[i], found[i].unit, found[i].value, {}});
-        numbers.push_back({keys[i], found[i].value, share * (found[i].value != 0 ? std::abs(found[i].value) : 1)});
+        numbers.push_back(
+            {keys[i], found[i].value, change_of_number * (found[i].value != 0 ? std::abs(found[i].value) : 1)});
     }
     return numbers;
 }

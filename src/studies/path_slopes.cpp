@@ -14,7 +14,8 @@ namespace skein {
 namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
-constexpr double share = 4e-3; ///< of a number, by which it is changed once and twice to either side at a branch point
+/// Share of a number by which it is changed once and twice to either side at a branch point.
+constexpr double change_at_branch = 4e-3;
 
 /// Slope of f at 0 by differences of fourth order; NaN where those of h and 2h have nothing in common and differ by
 /// more than `rounding` of f. On one side of a bound, of second order.
@@ -105,7 +106,7 @@ double PathSlopes::eigenvalue_near(StaticCase& at, const StaticState& state, con
 
 std::vector<double> PathSlopes::of_branch(double value, const StaticState& state, const StateSlopes& there) {
     const CriticalMode mode = critical_mode(family_.at(value), state, false);
-    const double step = std::min(value != 0 ? share * std::abs(value) : HUGE_VAL, 1e-3 * std::abs(range_));
+    const double step = std::min(value != 0 ? change_at_branch * std::abs(value) : HUGE_VAL, 1e-3 * std::abs(range_));
     const double by_value =
         slope_of([&](double by) { return eigenvalue_near(family_.case_at(value + by), state, mode); }, step, 0);
     StaticCase& one = family_.case_at(value);
@@ -124,7 +125,8 @@ std::vector<double> PathSlopes::of_branch(double value, const StaticState& state
             return eigenvalue_near(*static_case(std::move(scene), machine_, asked_.time), state, mode);
         };
         const double rounding = 1e-6 * std::abs(by_value) * step;
-        slopes.push_back(-slope_of(changed, share * (number != 0 ? std::abs(number) : 1), rounding) / by_value);
+        slopes.push_back(-slope_of(changed, change_at_branch * (number != 0 ? std::abs(number) : 1), rounding) /
+                         by_value);
     }
     return slopes;
 }

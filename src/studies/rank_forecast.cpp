@@ -31,9 +31,9 @@ std::vector<LocalRod> all_rods(std::span<const RodGroup> groups) {
 }
 
 /// A scene on this core alone: first its candidates as a run finds them in its first step, then steps that are timed.
-class Trial {
+class ShareTrial {
 public:
-    Trial(const Plan& plan, std::span<const RodGroup> groups)
+    ShareTrial(const Plan& plan, std::span<const RodGroup> groups)
         : plan_(plan), comm_(Communicator::alone()), threads_(1), clock_(plan.dt, 0, plan.integrator) {
         rods_ = make_rods(plan, groups, all_rods(groups), threads_, around_);
         if (around_.exposure) neighbourhood_ = std::make_unique<Neighbourhood>(comm_, threads_, around_.exposure);
@@ -181,7 +181,7 @@ RankForecast forecast_ranks(const Plan& plan, std::span<const RodGroup> groups, 
         ++own.rods;
         own.elements += nth(groups, scene.group_of(gid)).elements();
     }
-    Trial trial(plan, groups);
+    ShareTrial trial(plan, groups);
     std::int64_t pairs = 0;
     if (plan.has<ContactPlan>()) {
         const Candidates candidates = trial.first_candidates(groups);
