@@ -159,12 +159,19 @@ struct alignas(8 * W) Pack<W> {
     SKEIN_INLINE friend Mask<W> operator>=(const Pack& a, const Pack& b) { return {a.low >= b.low, a.high >= b.high}; }
 };
 namespace detail {
-/// The same of two lanes by a function of the library, where instructions lack it. One call for both: there are very
-/// many.
 using TwoDoubles = double __attribute__((vector_size(16)));
-[[gnu::noinline]] inline TwoDoubles fma_of_two(TwoDoubles a, TwoDoubles b, TwoDoubles c) {
+#if defined(__x86_64__) && !defined(__FMA__)
+[[gnu::noinline, gnu::cold]] inline TwoDoubles fma_by_library(TwoDoubles a, TwoDoubles b, TwoDoubles c) {
     return TwoDoubles{__builtin_fma(a[0], b[0], c[0]), __builtin_fma(a[1], b[1], c[1])};
 }
+/// a b + c of two lanes, rounded once, at a level without an instruction for it: by the instruction where the
+/// processor has it all the same. Volatile: the instruction may not move above the question.
+SKEIN_INLINE TwoDoubles fma_of_two(TwoDoubles a, TwoDoubles b, TwoDoubles c) {
+    if (!__builtin_cpu_supports("fma")) [[unlikely]] return fma_by_library(a, b, c);
+    asm volatile("vfmadd213pd %2, %1, %0" : "+x"(a) : "x"(b), "x"(c));
+    return a;
+}
+#endif
 } // namespace detail
 
 /// a b + c, rounded once.
@@ -186,7 +193,7 @@ template <int W> SKEIN_INLINE Pack<W> fma(const Pack<W>& a, const Pack<W>& b, co
             return Pack<W>(std::bit_cast<Doubles>(
                 _mm_fmadd_pd(std::bit_cast<__m128d>(a.v), std::bit_cast<__m128d>(b.v), std::bit_cast<__m128d>(c.v))));
 #endif
-#if defined(__SSE2__) && !defined(__FMA__)
+#if defined(__x86_64__) && !defined(__FMA__)
         if constexpr (W == 2) return Pack<W>(detail::fma_of_two(a.v, b.v, c.v));
 #endif
         Pack<W> r;
