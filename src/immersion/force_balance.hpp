@@ -179,8 +179,8 @@ private:
     void give_residuals_to_bodies();
     /// Adds D, buoyancy and the relaxation of L, and turns impulses over the stage into loads.
     void add_impulses(std::size_t i, const RodCopy& rod, const Stage& stage, std::span<FluidLoad> load);
-    /// Relaxation fraction theta of the present step, in proportion to its length unless it is 1.
-    double theta(double fraction) const { return fraction < 1 ? pace_ * fraction : 1; }
+    /// Relaxation fraction theta of the present step, in proportion to its length below 1.
+    double theta(double fraction) const { return fraction < 1 ? pace_ * fraction : fraction; }
     Vec3d theta(const Vec3d& fraction) const { return {theta(fraction.x), theta(fraction.y), theta(fraction.z)}; }
     const LocalRod& own(std::size_t i) const { return rods_.rods().local()[i]; }
     const RodGroup& group_of(std::size_t i) const { return rods_.constants(i); }

@@ -11,16 +11,20 @@ namespace skein {
 
 namespace {
 
-InertiaShares<double> shares(double displaced) {
+/// `sharp`: all of the surface there is.
+InertiaShares<double> shares(double displaced, bool sharp) {
     constexpr double least = 0.25; // effective inertia over the displaced fluid's
     const double effective = std::max(1 - displaced, least * displaced), added = effective - (1 - displaced);
+    // Little is returned before it is due, as a delay would pump motions that move no fluid around. theory.md (156a)
+    constexpr double little = 0.3, early = 1.5;
+    if (sharp && added <= little * displaced) return {displaced, effective, added, early};
     // A greater fraction at once would pump motions that steps of the fluid do not resolve. theory.md (88a)
     const double ratio = added > 0 ? std::min(1.0, least * displaced / added) : 1;
     return {displaced, effective, added, ratio * std::sqrt(ratio)};
 }
 
-InertiaShares<Vec3d> shares(const Vec3d& displaced) {
-    const auto x = shares(displaced.x), y = shares(displaced.y), z = shares(displaced.z);
+InertiaShares<Vec3d> shares(const Vec3d& displaced, bool sharp) {
+    const auto x = shares(displaced.x, sharp), y = shares(displaced.y, sharp), z = shares(displaced.z, sharp);
     return {displaced,
             {x.effective, y.effective, z.effective},
             {x.added, y.added, z.added},
@@ -120,9 +124,10 @@ InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker>
         mass.back() = 0;
     }
     for (std::size_t i = 0; i < mass.size(); ++i)
-        of_nodes.push_back(shares(group.node_mass[i] > 0 ? mass[i] / group.node_mass[i] : 0));
+        of_nodes.push_back(shares(group.node_mass[i] > 0 ? mass[i] / group.node_mass[i] : 0,
+                                  !sharp.empty() && sharp[i] == 1));
     for (std::size_t i = 0; i < fluid.turning.size(); ++i)
-        of_elements.push_back(shares(scale(fluid.turning[i], group.element[i].inv_inertia)));
+        of_elements.push_back(shares(scale(fluid.turning[i], group.element[i].inv_inertia), sharp_share(i) == 1));
 }
 
 InertiaInFluid::InertiaInFluid(const BodyShape& body, double density, bool has_inner) : sharp(true) {
@@ -163,8 +168,8 @@ void InertiaInFluid::take_body(const BodyShape& body, std::span<const RodMarker>
     const Vec3d t{turns(off.x), turns(off.y), turns(off.z)};
     SymmetricMatrix& j = inner.inertia;
     j = {t.x * j.xx, t.y * j.yy, t.z * j.zz, t.x * t.y * j.xy, t.x * t.z * j.xz, t.y * t.z * j.yz};
-    of_nodes.push_back(shares(inner.mass / body.mass));
-    of_elements.push_back(shares(Vec3d{j.xx / body.inertia.x, j.yy / body.inertia.y, j.zz / body.inertia.z}));
+    of_nodes.push_back(shares(inner.mass / body.mass, false));
+    of_elements.push_back(shares(Vec3d{j.xx / body.inertia.x, j.yy / body.inertia.y, j.zz / body.inertia.z}, false));
 }
 
 double InertiaInFluid::least_effective() const {

@@ -18,7 +18,7 @@ template <class T> struct InertiaShares {
     T effective;  ///< m_hat/m: inertia that kicks divide by, max(1 - beta, beta/4)
     T added;      ///< m_A/m: effective inertia in excess of 1 - beta
     T relaxation; ///< theta: fraction of the added mass' momentum that a step returns; below 1, at a Courant number of
-                  ///< 0.8
+                  ///< 0.8; above 1, before it is due
 };
 
 /// Fluid within a body, which moves with it rigidly; lengths from the centre of mass, along the principal axes.
