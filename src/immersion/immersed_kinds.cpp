@@ -6,6 +6,35 @@
 
 namespace skein {
 
+namespace {
+
+/// Markers end at the retraction. A thin part that is shorter has none, so that its share would move nobody and come to
+/// a part elsewhere: it acts by its surface. `shares`: of nodes, of which the first and the last of a ring are one.
+void give_parts_without_markers(const std::vector<RodMarker>& markers, bool ring, std::vector<double>& shares) {
+    const std::size_t elements = shares.size() - 1;
+    std::vector<bool> has_marker(elements);
+    for (const RodMarker& m : markers) has_marker[m.element] = true;
+    const auto has_thin_end = [&](std::size_t k) { return shares[k] < 1 || shares[k + 1] < 1; };
+    struct Part {
+        std::size_t begin, end; ///< elements
+        bool marked;
+    };
+    std::vector<Part> parts;
+    for (std::size_t k = 0; k < elements; ++k) {
+        if (!has_thin_end(k)) continue;
+        if (parts.empty() || parts.back().end < k) parts.push_back({k, k, false});
+        parts.back().end = k + 1;
+        parts.back().marked = parts.back().marked || has_marker[k];
+    }
+    if (ring && !parts.empty() && parts.front().begin == 0 && parts.back().end == elements)
+        parts.front().marked = parts.back().marked = parts.front().marked || parts.back().marked;
+    for (const Part& part : parts)
+        if (!part.marked)
+            std::fill_n(shares.begin() + static_cast<std::ptrdiff_t>(part.begin), part.end - part.begin + 1, 1.0);
+}
+
+} // namespace
+
 bool ImmersedKinds::sharp_body(const BodyShape& body) const {
     return numbers_.sharp_bodies && std::all_of(body.part.begin(), body.part.end(), [&](const BodyShape::Part& part) {
                return part.radius + std::min({part.half.x, part.half.y, part.half.z}) >= grid_.h;
@@ -20,8 +49,7 @@ ImmersedKinds::Kind ImmersedKinds::kind_of(const RodGroup& own) const {
         kind.sharp = !kind.sharp_shares.empty();
     }
     if (!kind.sharp || !own.body()) kind.markers = rod_markers(own, grid_, numbers_.retraction, kind.sharp_shares);
-    // Markers end at the retraction. If an end is thin beyond it alone, they would leave their share to nobody.
-    if (kind.markers.empty()) std::fill(kind.sharp_shares.begin(), kind.sharp_shares.end(), 1.0);
+    if (!kind.sharp_shares.empty()) give_parts_without_markers(kind.markers, own.closed(), kind.sharp_shares);
     if (!numbers_.feels_fluid) return kind;
     if (kind.sharp && own.body())
         kind.inertia = std::make_shared<const InertiaInFluid>(*own.body(), numbers_.density, numbers_.has_inner);

@@ -138,6 +138,40 @@ TEST(InertiaInFluid, DisplacedFluidOfWholeRodsIsThatOfTheirVolume) {
         for (const bool asks_sharp : {false, true}) EXPECT_NEAR(Displacement(e, asks_sharp).mass, 1, 1e-12) << e.name;
 }
 
+/// Markers end at the retraction, so that a thin start that is shorter has none.
+TEST(InertiaInFluid, ShortThinEndsHaveTheirFluidWhereAnotherThinEndHasMarkers) {
+    constexpr std::size_t elements = 300;
+    for (const bool at_start : {true, false}) {
+        RodSpec spec;
+        spec.material = {.density = 0.9, .youngs_modulus = 1};
+        spec.section = {.kind = SectionKind::circular, .radius = 0.15};
+        spec.section.profile.assign(elements, 1);
+        std::fill_n(spec.section.profile.begin(), at_start ? 2 : 100, 0.1);
+        std::fill_n(spec.section.profile.rbegin(), at_start ? 100 : 2, 0.1);
+        spec.shape.length = 3;
+        spec.shape.elements = elements;
+        const RodGroup group(spec, 0, 0, ".");
+        FluidGrid grid;
+        grid.h = 0.1;
+        grid.cells = {40, 40, 40};
+        const ImmersedKinds kinds(grid,
+                                  {.retraction = 0.04, .density = density, .feels_fluid = true, .sharp_rods = true});
+        const ImmersedKinds::Kind& kind = kinds.of(group, 0);
+        ASSERT_FALSE(kind.markers.empty());
+        double all = 0, own = 0;
+        for (std::size_t i = 0; i <= elements; ++i) {
+            all += kind.inertia->of_nodes[i].displaced * group.node_mass[i];
+            own += group.node_mass[i];
+        }
+        EXPECT_NEAR(all, density / 0.9 * own, 1e-12 * own);
+        for (const std::size_t from_end : {0, 1, 2, 5}) {
+            const std::size_t i = at_start ? from_end : elements - from_end;
+            EXPECT_EQ(kind.sharp_shares[i], 1);
+            EXPECT_NEAR(kind.inertia->of_nodes[i].displaced, density / 0.9, 1e-12) << i;
+        }
+    }
+}
+
 TEST(InertiaInFluid, TurnsWithAnElementWhereMarkersLieOffItsAxis) {
     for (const Example& e : examples) {
         const RodGroup group = rod(e, 0.9);
