@@ -46,6 +46,14 @@ template <int W> SKEIN_INLINE bool all_within(double most, const Strided<W>& a, 
     return !any(detail::times_sign(Pack<W>(1.0), beyond) < Pack<W>(0.0));
 }
 
+/// Sets the sources of a list's constants, which `same` holds in all lanes.
+template <int W> void spread_constants(const InstructionList& list, Pack<W>* same, Strided<W>* source) {
+    for (std::size_t i = 0; i < list.constants.size(); ++i) {
+        same[i] = Pack<W>(list.constants[i]);
+        source[to_index(list.registers) + i] = {&same[i], 0};
+    }
+}
+
 /// Evaluates a list over a strip. `source` [list.sources()] holds the inputs and constants of this strip; `count` is at
 /// most strip<W>.
 template <int W> void evaluate(const InstructionList& list, std::span<const FormulaTable> tables, Strided<W>* source,

@@ -106,9 +106,8 @@ private:
     template <class Input>
     std::vector<std::vector<Pack<1>>> run(const InstructionList& list, int count, Input&& input) {
         std::array<Strided<1>, InstructionList::most_sources> source;
-        const std::vector<Pack<1>> constants(list.constants.begin(), list.constants.end());
-        for (std::size_t i = 0; i < constants.size(); ++i)
-            nth(source, list.registers + static_cast<int>(i)) = {&constants[i], 0};
+        std::array<Pack<1>, InstructionList::most_sources> same;
+        spread_constants<1>(list, same.data(), source.data());
         for (std::size_t i = 0; i < list.inputs.size(); ++i)
             nth(source, list.first_input() + static_cast<int>(i)) = input(list.inputs[i]);
         evaluate<1>(list, program_.tables, source.data(), *registers_, count);

@@ -16,14 +16,6 @@
 
 namespace skein {
 
-/// Sets the sources of a list's constants, equal in all lanes.
-template <int W> void set_constants(const InstructionList& list, Pack<W>* same, Strided<W>* source) {
-    for (std::size_t i = 0; i < list.constants.size(); ++i) {
-        same[i] = Pack<W>(list.constants[i]);
-        source[to_index(list.registers) + i] = {&same[i], 0};
-    }
-}
-
 /// The formula of a motor: its value and rate, three numbers each.
 template <int W> class MotorByRod {
     using P = Pack<W>;
@@ -67,7 +59,7 @@ private:
         StripRegisters<W> registers;
         std::array<P, InstructionList::most_sources> same;
         std::array<Strided<W>, InstructionList::most_sources> source;
-        set_constants<W>(list, same.data(), source.data());
+        spread_constants<W>(list, same.data(), source.data());
         for (std::size_t i = 0; i < list.inputs.size(); ++i)
             source[to_index(list.first_input()) + i] = {input(list.inputs[i]), 0};
         evaluate<W>(list, program().tables, source.data(), registers, 1);

@@ -61,14 +61,6 @@ struct FormulaPlaces {
     double value(Variable v, std::size_t slot) const;
 };
 
-/// Sets the sources of a list's constants, which `same` holds in all lanes.
-template <int W> void spread_constants(const InstructionList& list, Pack<W>* same, Strided<W>* source) {
-    for (std::size_t i = 0; i < list.constants.size(); ++i) {
-        same[i] = Pack<W>(list.constants[i]);
-        source[to_index(list.registers) + i] = {&same[i], 0};
-    }
-}
-
 /// Values of program.place for a tile, by value and row; one row where all are equal.
 template <int W> using PlaceValues = std::vector<AlignedVector<Pack<W>>>;
 
