@@ -124,8 +124,8 @@ InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker>
         mass.back() = 0;
     }
     for (std::size_t i = 0; i < mass.size(); ++i)
-        of_nodes.push_back(shares(group.node_mass[i] > 0 ? mass[i] / group.node_mass[i] : 0,
-                                  !sharp.empty() && sharp[i] == 1));
+        of_nodes.push_back(
+            shares(group.node_mass[i] > 0 ? mass[i] / group.node_mass[i] : 0, !sharp.empty() && sharp[i] == 1));
     for (std::size_t i = 0; i < fluid.turning.size(); ++i)
         of_elements.push_back(shares(scale(fluid.turning[i], group.element[i].inv_inertia), sharp_share(i) == 1));
 }

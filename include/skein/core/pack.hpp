@@ -167,7 +167,8 @@ using TwoDoubles = double __attribute__((vector_size(16)));
 /// a b + c of two lanes, rounded once, at a level without an instruction for it: by the instruction where the
 /// processor has it all the same. Volatile: the instruction may not move above the question.
 SKEIN_INLINE TwoDoubles fma_of_two(TwoDoubles a, TwoDoubles b, TwoDoubles c) {
-    if (!__builtin_cpu_supports("fma")) [[unlikely]] return fma_by_library(a, b, c);
+    if (!__builtin_cpu_supports("fma")) [[unlikely]]
+        return fma_by_library(a, b, c);
     asm volatile("vfmadd213pd %2, %1, %0" : "+x"(a) : "x"(b), "x"(c));
     return a;
 }
