@@ -20,6 +20,7 @@
 #include <array>
 #include <bit>
 #include <memory>
+#include <stdexcept>
 
 namespace skein {
 
@@ -45,6 +46,8 @@ public:
              std::shared_ptr<WallTangents<W>> tangents = nullptr, bool in_stages = false)
         : walls_(std::move(walls)), contacts_(std::move(contacts)), tangents_(std::move(tangents)), points_(group),
           slip_mobility_(in_stages ? 0.0 : slip_mobility(group)), in_stages_(in_stages) {
+        if (!has_tangents && (tangents_ || in_stages_))
+            throw std::logic_error("slopes of walls, or walls in stages, for rods along");
         for (const int w : contacts_->acting()) {
             law_.push_back(nth(walls_->wall, w).law.resolved(mass_at_wall(group)));
         }
@@ -132,13 +135,13 @@ public:
 
     void try_state(const RodTile<W>& rod, const Slot<W>* start, SlotLoad<W>* load, const Step& step,
                    const StageSpan<W>& span) const override {
-        if constexpr (!has_tangents) return;
-        else try_contacts(rod, start, load, step, span);
+        if constexpr (has_tangents) try_contacts(rod, start, load, step, span);
+        else throw std::logic_error("walls of rods along, in a step of other rods");
     }
     void end_stage(const RodTile<W>& rod, const Slot<W>* start, const Step& step,
                    const StageSpan<W>& span) const override {
-        if constexpr (!has_tangents) return;
-        else end_contacts(rod, start, step, span);
+        if constexpr (has_tangents) end_contacts(rod, start, step, span);
+        else throw std::logic_error("walls of rods along, in a step of other rods");
     }
     const WallSlopes<W>& slopes(std::size_t tile) const override { return slopes_[tile]; }
     void keep(std::size_t place) override { contacts_->keep(place); }

@@ -22,11 +22,11 @@ void give_parts_without_markers(const std::vector<RodMarker>& markers, bool ring
     std::vector<Part> parts;
     for (std::size_t k = 0; k < elements; ++k) {
         if (!has_thin_end(k)) continue;
-        if (parts.empty() || parts.back().end < k) parts.push_back({k, k, false});
+        if (parts.empty() || parts.back().end < k || shares[k] == 1) parts.push_back({k, k, false});
         parts.back().end = k + 1;
         parts.back().marked = parts.back().marked || has_marker[k];
     }
-    if (ring && !parts.empty() && parts.front().begin == 0 && parts.back().end == elements)
+    if (ring && shares.front() < 1)
         parts.front().marked = parts.back().marked = parts.front().marked || parts.back().marked;
     for (const Part& part : parts)
         if (!part.marked)

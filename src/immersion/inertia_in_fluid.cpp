@@ -16,7 +16,7 @@ InertiaShares<double> shares(double displaced, bool sharp) {
     constexpr double least = 0.25; // effective inertia over the displaced fluid's
     const double effective = std::max(1 - displaced, least * displaced), added = effective - (1 - displaced);
     // Little is returned before it is due, as a delay would pump motions that move no fluid around. theory.md (156a)
-    constexpr double little = 0.3, early = 1.5;
+    constexpr double little = 0.3 * (1 + 1e-9), early = 1.5;
     if (sharp && added <= little * displaced) return {displaced, effective, added, early};
     // A greater fraction at once would pump motions that steps of the fluid do not resolve. theory.md (88a)
     const double ratio = added > 0 ? std::min(1.0, least * displaced / added) : 1;

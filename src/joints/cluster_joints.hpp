@@ -19,6 +19,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <type_traits>
 #include <vector>
 
@@ -104,10 +105,10 @@ public:
     }
     void run(const Slot<W>* slot, const EndMoments<W>* moments, const Step& step, P* memory, JoinedLoad<W>* load,
              bool across) const override {
+        stop_where_left_out(!across);
         std::fill_n(load, across ? across_.slots : within_.slots, JoinedLoad<W>{});
         for (const Run& run : runs_) {
             const At at{slot, run.motor_of(step.slot), step.dt, step.time, memory, load, JointTime::staggered};
-            assert(across || in_steps);
             if (across) (this->*run.across)(run, at);
             else (this->*run.within)(run, at);
         }
@@ -120,7 +121,7 @@ public:
     Mask<W> goes_along(std::size_t i, const P* memory) const override { return junctions_->goes_along(i, memory); }
     void try_state(const Slot<W>* slot, const EndMoments<W>* moments, const Step& step, const P* memory,
                    JoinedLoad<W>* load) const override {
-        assert(in_steps);
+        stop_where_left_out(true);
         std::fill_n(load, across_.slots, JoinedLoad<W>{});
         for (const Run& run : runs_)
             (this->*run.across)(run, {slot, run.motor_of(step.slot), step.dt, step.time, const_cast<P*>(memory), load,
@@ -314,6 +315,9 @@ private:
             with_event(spec, [&]<JointForm Form, JointTurn Turn>() { law = &event_loads<Form, Turn>; });
         else with_form(spec, [&]<JointForm Form>() { law = &form_loads<Form>; });
         return law;
+    }
+    static void stop_where_left_out(bool in_step) {
+        if (in_step && !in_steps) throw std::logic_error("joints within a step, of bodies at rest");
     }
     void run_nothing(const Run&, const At&) const {}
     /// True where joints of a table have come to their end at a time, to the rounding of times.

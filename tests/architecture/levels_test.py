@@ -54,6 +54,7 @@ with subprocess.Popen([objdump, "-d", "--no-show-raw-insn", program], stdout=sub
                 wrong.append(f"{section}, {function}: {line.strip()}")
 assert not listing.returncode, objdump
 built = [name for name in LEVELS if any(path.endswith(f"/{name}.o") for path in kernels)]
+assert kernels and len(built) == len(kernels), kernels
 assert fused or "skein_x86_64" not in built, "fused multiply-adds of the baseline"
 wrong += [f"{name} does not ask the processor for its fused multiply-adds" for name in fused - asking]
 for line in wrong[:10]:

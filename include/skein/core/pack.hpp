@@ -169,7 +169,7 @@ using TwoDoubles = double __attribute__((vector_size(16)));
 SKEIN_INLINE TwoDoubles fma_of_two(TwoDoubles a, TwoDoubles b, TwoDoubles c) {
     if (!__builtin_cpu_supports("fma")) [[unlikely]]
         return fma_by_library(a, b, c);
-    asm volatile("vfmadd213pd %2, %1, %0" : "+x"(a) : "x"(b), "x"(c));
+    asm volatile("{vfmadd213pd %2, %1, %0|vfmadd213pd %0, %1, %2}" : "+x"(a) : "x"(b), "x"(c));
     return a;
 }
 #endif
