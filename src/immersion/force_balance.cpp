@@ -158,14 +158,14 @@ void ForceBalance::add_responses(std::size_t i, const RodCopy& rod, const Respon
 void ForceBalance::add_sharp_responses(std::size_t i, const RodCopy& rod,
                                        std::span<const SharpForcing::Response> responses, std::span<FluidLoad> load) {
     begin_sharp_stage(i, rod, responses);
-    for (std::size_t k = 0; k < load.size(); ++k) load[k].push -= sharp_slot_[loads_->first(i) + k].shifted;
+    for (std::size_t k = 0; k < load.size(); ++k) load[k].push -= sharp_slot_[loads_->first(i) + k].relative;
     for (std::size_t k = 0; k < responses.size(); ++k) {
         const SharpForcing::Response& response = responses[k];
         for (std::size_t end = 0; end < 2; ++end) {
             const Vec3d drag = fluid_.density * response.drag[end], velocity = lane(rod.state[k + end].velocity, 0);
             load[k + end].drag += drag;
             load[k + end].push +=
-                scale(drag, velocity) - fluid_.density * (response.given[end] - response.shifted[end]);
+                scale(drag, velocity) - fluid_.density * (response.given[end] - response.relative[end]);
         }
         const Vec3d turn_drag = fluid_.density * response.turn_drag;
         load[k].turn_drag += turn_drag;
@@ -296,17 +296,17 @@ void ForceBalance::find_mean_velocities(double length, double lag, std::span<Vec
 
 void ForceBalance::take_given(std::size_t i, std::span<const SharpForcing::GivenByElement> given) {
     const std::size_t first = loads_->first(i), n = given.size();
-    std::vector<Vec3d> shifted(n + 1);
+    std::vector<Vec3d> relative(n + 1);
     for (std::size_t k = 0; k < n; ++k) {
         SlotExchange &start = exchange_[first + k], &end = exchange_[first + k + 1];
-        const auto& [whole, at_end, shifted_by] = given[k];
+        const auto& [whole, at_end, relative_of] = given[k];
         const SharpStage& here = sharp_stage_[first + k];
         // Loads have the fluid's inertia at nodes, and the fluid has it between them. theory.md (155)
         const Vec3d kept = scale(here.shared, here.gain - sharp_stage_[first + k + 1].gain);
         start.residual_impulse -= fluid_.density * (whole.linear - at_end) + kept;
         end.residual_impulse -= fluid_.density * at_end - kept;
         start.residual_angular_impulse -= fluid_.density * whole.angular;
-        for (std::size_t end_of = 0; end_of < 2; ++end_of) shifted[k + end_of] += fluid_.density * shifted_by[end_of];
+        for (std::size_t end_of = 0; end_of < 2; ++end_of) relative[k + end_of] += fluid_.density * relative_of[end_of];
         const std::size_t other = (k + 1) % n;
         const SharpStage& next = sharp_stage_[first + other];
         const Vec3d faster = here.turn_gain - next.turn_gain,
@@ -315,10 +315,10 @@ void ForceBalance::take_given(std::size_t i, std::span<const SharpForcing::Given
         start.residual_angular_impulse -= turn_kept;
         exchange_[first + other].residual_angular_impulse += turn_kept;
     }
-    for (std::size_t k = 0; k <= n; ++k) { // Shifts act within the surface alone. theory.md (155b)
-        Vec3d& before = sharp_slot_[first + k].shifted;
-        exchange_[first + k].residual_impulse += shifted[k] - before;
-        before = shifted[k];
+    for (std::size_t k = 0; k <= n; ++k) { // Motion relative to the axis is within the surface. theory.md (155b)
+        Vec3d& before = sharp_slot_[first + k].relative;
+        exchange_[first + k].residual_impulse += relative[k] - before;
+        before = relative[k];
     }
 }
 
@@ -452,7 +452,7 @@ std::vector<Vec3d> ForceBalance::momentum(double lag) const {
         }
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             const SlotExchange& slot = exchange_[loads_->first(i) + k];
-            if (!sharp_slot_.empty()) all[loads_->first(i) + k] -= sharp_slot_[loads_->first(i) + k].shifted;
+            if (!sharp_slot_.empty()) all[loads_->first(i) + k] -= sharp_slot_[loads_->first(i) + k].relative;
             all[loads_->first(i) + k] += (group_of(i).node_mass[k] * (1 - inertia_of(i).of_nodes[k].displaced)) *
                                              lane(rod.state[k].velocity, 0) +
                                          slot.added_momentum + slot.residual_impulse;

@@ -8,7 +8,7 @@
 //
 //   D      residual impulse            beta   displaced share of the inertia     w_m, u_m   response of marker m
 //   L      momentum of the added mass  m_hat  effective mass                     N_m        its share in the slot
-//   S      momentum of shifts, of sharp rods (155b)
+//   S      momentum relative to the axis, of sharp rods (155b)
 //   theta  relaxation fraction         K      drag coefficient                   du_m       its change of velocity
 //   h_t    length of a step            tau    length of a stage                  u          velocity of the fluid
 //
@@ -54,7 +54,7 @@ struct SlotExchange {
 
 /// State of a slot of a rod with a sharp surface from its last stage, lab components.
 struct SharpSlot {
-    Vec3d shifted{0, 0, 0};                           ///< S of the node, N s
+    Vec3d relative{0, 0, 0};                          ///< S of the node, N s
     Vec3d mean_velocity{0, 0, 0}, mean_spin{0, 0, 0}; ///< of the node and the element, m/s, rad/s
 };
 

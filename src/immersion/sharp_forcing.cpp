@@ -59,8 +59,8 @@ void SharpForcing::add(const SharpNode& node, double change, std::vector<RowSum>
     sum.at_end += node.along * change;
     sum.moment += change * moment.own;
     sum.moment_of_other += change * moment.of_other;
-    sum.shifted += node.share * node.shift;
-    sum.shifted_at_end += node.along * (node.share * node.shift);
+    sum.relative += node.share * node.relative;
+    sum.relative_at_end += node.along * (node.share * node.relative);
 }
 
 template <class Give> double SharpForcing::velocity_after(std::span<const SharpNode> nodes, std::size_t& n,
@@ -134,8 +134,8 @@ void SharpForcing::add(const SharpNode& node, const Change& change, std::vector<
     sum.drag[0] += (1 - a) * change.share;
     sum.drag[1] += a * change.share;
     sum.shared += a * (1 - a) * change.share;
-    sum.shifted[0] += (1 - a) * (node.share * node.shift);
-    sum.shifted[1] += a * (node.share * node.shift);
+    sum.relative[0] += (1 - a) * (node.share * node.relative);
+    sum.relative[1] += a * (node.share * node.relative);
     sum.turn_given += change.given * own;
     sum.turn_drag += change.share * (twist + (1 - s) * about);
     if (s == 0) return;
@@ -165,8 +165,8 @@ void SharpForcing::find_responses(const FlowStage& stage) {
         for (const ResponseSum& sum : plane) {
             const auto &g = sum.turn_given, &d = sum.turn_drag, &from = sum.turn_shared[0], &to = sum.turn_shared[1];
             terms.insert(terms.end(),
-                         {sum.given[0], sum.given[1], sum.drag[0], sum.drag[1], sum.shared, sum.shifted[0],
-                          sum.shifted[1], g.x, g.y, g.z, d.x, d.y, d.z, from.x, from.y, from.z, to.x, to.y, to.z});
+                         {sum.given[0], sum.given[1], sum.drag[0], sum.drag[1], sum.shared, sum.relative[0],
+                          sum.relative[1], g.x, g.y, g.z, d.x, d.y, d.z, from.x, from.y, from.z, to.x, to.y, to.z});
             of.push_back(sum.of);
             if (sum.other == sum.of) continue;
             const auto &given = sum.turn_given_of_other, &drag = sum.turn_drag_of_other;
@@ -184,7 +184,7 @@ void SharpForcing::find_responses(const FlowStage& stage) {
             for (std::size_t end = 0; end < 2; ++end) {
                 here.given[end] += cell * along(c, sum[end]);
                 here.drag[end] += cell * along(c, sum[2 + end]);
-                here.shifted[end] += cell * along(c, sum[5 + end]);
+                here.relative[end] += cell * along(c, sum[5 + end]);
                 here.turn_shared[end] += cell * vector(sum + 13 + 3 * end);
             }
             here.shared += cell * along(c, sum[4]);
@@ -311,7 +311,7 @@ void SharpForcing::add_given(const std::vector<std::vector<RowSum>>& of_planes) 
     for (const std::vector<RowSum>& sums : of_planes)
         for (const RowSum& sum : sums) {
             changes.insert(changes.end(), {sum.change, sum.moment.x, sum.moment.y, sum.moment.z, sum.at_end,
-                                           sum.shifted, sum.shifted_at_end});
+                                           sum.relative, sum.relative_at_end});
             of.push_back(sum.of);
             if (sum.other == sum.of) continue;
             const Vec3d& other = sum.moment_of_other;
@@ -330,8 +330,8 @@ void SharpForcing::add_given(const std::vector<std::vector<RowSum>>& of_planes) 
                 here.whole.linear += cell_volume * along(c, sum[0]);
                 here.whole.angular += cell_volume * vector(sum + 1);
                 here.at_end += cell_volume * along(c, sum[4]);
-                here.shifted[0] += cell_volume * along(c, sum[5] - sum[6]);
-                here.shifted[1] += cell_volume * along(c, sum[6]);
+                here.relative[0] += cell_volume * along(c, sum[5] - sum[6]);
+                here.relative[1] += cell_volume * along(c, sum[6]);
             }
             given_[b] += rod ? about_first_node(here, *rod, p - nodes_.first_piece(b)) : here.whole;
         }

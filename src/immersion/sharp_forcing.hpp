@@ -49,7 +49,7 @@ public:
     struct GivenByElement {
         GivenMomentum whole;
         Vec3d at_end{0, 0, 0};
-        std::array<Vec3d, 2> shifted{}; ///< m^4/s, at its begin and end: what the fluid within has by shifts (155b)
+        std::array<Vec3d, 2> relative{}; ///< m^4/s, at its begin and end: what the fluid within has relative to the axis (155b)
     };
     std::span<const GivenByElement> given_by_rod(std::size_t body) const {
         return std::span(of_piece_).subspan(nodes_.first_piece(body),
@@ -61,7 +61,7 @@ public:
     struct Response {
         std::array<Vec3d, 2> given{}, drag{};          ///< m^4/s, m^3
         Vec3d shared{0, 0, 0};                         ///< m^3: of drag, what the velocity of the other end decides
-        std::array<Vec3d, 2> shifted{};                ///< m^4/s, as in GivenByElement
+        std::array<Vec3d, 2> relative{};               ///< m^4/s, as in GivenByElement
         Vec3d turn_given{0, 0, 0}, turn_drag{0, 0, 0}; ///< m^5/s, m^5
         std::array<Vec3d, 2> turn_shared{}; ///< m^5: of turn_drag, what spins of the elements before and behind decide
     };
@@ -89,9 +89,9 @@ public:
 private:
     SharpForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, double kinematic_viscosity,
                  std::vector<SharpBody> bodies, const Pencils& pencils);
-    /// Sums over nodes of a row by one body: of changes of a component, m/s, of their moments, m^2/s, and of shifts.
+    /// Sums over nodes of a row by one body: of changes of a component, m/s, of their moments, m^2/s, and of velocities relative to the axis.
     struct RowSum {
-        double change = 0, at_end = 0, shifted = 0, shifted_at_end = 0;
+        double change = 0, at_end = 0, relative = 0, relative_at_end = 0;
         Vec3d moment{0, 0, 0}, moment_of_other{0, 0, 0};
         std::uint32_t of, other; ///< 3 piece + component
     };
@@ -104,7 +104,7 @@ private:
     void add(const SharpNode& node, double change, std::vector<RowSum>& sums, bool next_row) const;
     /// The same of what Response has.
     struct ResponseSum {
-        std::array<double, 2> given{}, drag{}, shifted{};
+        std::array<double, 2> given{}, drag{}, relative{};
         double shared = 0;
         Vec3d turn_given{0, 0, 0}, turn_drag{0, 0, 0}, turn_given_of_other{0, 0, 0}, turn_drag_of_other{0, 0, 0};
         std::array<Vec3d, 2> turn_shared{};

@@ -114,14 +114,15 @@ private:
             return one;
         }
         const SweptSurface::Foot foot = rod->nearest(one.arm);
-        take(rod->velocity(foot), rod->velocity_before(foot));
+        const Vec3d velocity = rod->velocity(foot);
+        take(velocity, rod->velocity_before(foot));
         one.arm = foot.off;
         one.along = foot.along;
         one.share = rod->share(foot);
         const SweptSurface::Turning turning = rod->turning(foot);
         one.of_other = turning.share;
         one.other = one.piece + static_cast<std::uint32_t>(turning.other);
-        one.shift = component_of(rod->shift(foot), component_);
+        one.relative = component_of(velocity - rod->axis_velocity(foot), component_);
         one.piece += foot.element;
         return one;
     }
@@ -134,7 +135,7 @@ private:
         one.excess = cut.weights.excess;
         one.pull = cut.weights.excess * one.velocity;
         one.closed = cut.weights.closed_share;
-        one.shift *= cut.weights.closed_share;
+        one.relative *= cut.weights.closed_share;
         one.again = again;
         for (int d = 0; d < 3; ++d) {
             const double ahead = nth(cut.weights.ahead, d);

@@ -49,7 +49,7 @@ struct SharpNode {
     Vec3d arm;              ///< from the body's origin, or from the axis of a rod, m
     double along = 0;       ///< share of the element of a rod
     double of_other = 0;    ///< share of another element in the spin across the axis
-    double shift = 0;       ///< part of `velocity` by which sections take the volume of bending back, m/s
+    double relative = 0;    ///< `velocity` relative to the axis of a rod at its foot, m/s
     double share = 1;       ///< of its action, whose rest markers have
     std::array<double, 3> ahead{};
     std::uint32_t body;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 #include <utility>
 
@@ -29,6 +30,20 @@ double hypotenuse(double a, double b) { return std::sqrt(a * a + b * b); }
 void put_within(double& place, double way) {
     const double period = std::abs(way), from = std::min(0.0, way);
     place -= std::floor((place - from) / period) * period;
+}
+
+/// Means of neighbours with the weights 1/4, 1/2, 1/4, several times. Ends of what is no ring are mirrors.
+template <class T> void smooth(std::span<T> values, bool ring, int times) {
+    const std::size_t n = values.size();
+    for (; n > 1 && times > 0; --times) {
+        const T first = values.front();
+        T before = ring ? values.back() : first;
+        for (std::size_t k = 0; k < n; ++k) {
+            const T own = values[k], after = k + 1 < n ? values[k + 1] : ring ? first : own;
+            values[k] = 0.25 * (before + after) + 0.5 * own;
+            before = own;
+        }
+    }
 }
 
 } // namespace
@@ -69,6 +84,12 @@ SweptSurface::SweptSurface(Rod rod)
                                               : last];
         of_node_.push_back({0.5 * (a.along_d1 + b.along_d1), 0.5 * (a.along_d2 + b.along_d2)});
     }
+    double stoutness = 0; // most of the lesser half axis over the length of an element
+    for (const Element& e : element_) {
+        const double half = section_ == SweptSection::plate ? e.along_d1 : std::min(e.along_d1, e.along_d2);
+        stoutness = std::max(stoutness, half / e.rest_length);
+    }
+    smoothings_ = static_cast<int>(stoutness * stoutness);
 }
 
 void SweptSurface::put(RodMotion begin, RodMotion end) {
@@ -112,6 +133,24 @@ void SweptSurface::put(RodMotion begin, RodMotion end) {
         per_share_[k] = (1 / dot(axis, axis)) * axis;
     }
     sorted_ = false;
+    find_rates(before_, of_sections_before_);
+    find_rates(now_, of_sections_);
+}
+
+void SweptSurface::find_rates(const RodMotion& motion, SectionRates& rates) const {
+    const std::size_t n = element_.size();
+    const bool ring = closed_ || endless();
+    rates.stretch.resize(n);
+    rates.bend.assign(n + 1, Vec3d{0, 0, 0});
+    for (std::size_t k = 0; k < n; ++k) {
+        rates.stretch[k] = dot(motion.velocity[k + 1] - motion.velocity[k], tangent(k)) / length_[k];
+        const std::size_t before = k > 0 ? k - 1 : n - 1;
+        if (k > 0 || ring)
+            rates.bend[k] = (2 / (length_[before] + length_[k])) * (motion.spin[k] - motion.spin[before]);
+    }
+    smooth(std::span(rates.stretch), ring, smoothings_);
+    smooth(std::span(rates.bend).subspan(ring ? 0 : 1, ring ? n : n - 1), ring, smoothings_);
+    if (ring) rates.bend[n] = rates.bend[0];
 }
 
 void SweptSurface::sort() {
@@ -210,20 +249,15 @@ void SweptSurface::take_nearer(std::size_t k, const Vec3d& place, Foot& best) co
 SweptSurface::Turning SweptSurface::turning(const Foot& foot) const {
     const std::size_t k = foot.element, n = element_.size();
     const bool later = foot.along >= 0.5, alone = !closed_ && !endless() && (later ? k + 1 == n : k == 0);
-    if (alone || n == 1) return {k, 0, 0};
+    if (alone || n == 1) return {k, SIZE_MAX, 0};
     const std::size_t other = later ? (k + 1) % n : (k + n - 1) % n;
     const double way = 0.5 * (length_[k] + length_[other]);
-    return {other, std::abs(foot.along - 0.5) * length_[k] / way, (later ? 1 : -1) / way};
+    return {other, later ? k + 1 : k, std::abs(foot.along - 0.5) * length_[k] / way};
 }
 
-Vec3d SweptSurface::spin_gain(const RodMotion& motion, const Foot& foot, const Turning& turning) const {
-    const Vec3d more = motion.spin[turning.other] - motion.spin[foot.element], t = tangent(foot.element);
-    return more - dot(more, t) * t; // elements that twist slide on each other, without divergence
-}
-
-Vec3d SweptSurface::shift_of(const Foot& foot, const Turning& turning, const Vec3d& gain) const {
-    if (turning.per_way == 0) return {0, 0, 0};
-    const Vec3d apart = turning.per_way * cross(tangent(foot.element), gain);
+Vec3d SweptSurface::shift_of(const SectionRates& rates, const Foot& foot, const Turning& turning) const {
+    if (turning.node == SIZE_MAX) return {0, 0, 0};
+    const Vec3d apart = cross(tangent(foot.element), rates.bend[turning.node]);
     const Mat3d& frame = now_.frame[foot.element];
     const Half half = half_at(foot.element, foot.along);
     const double a = half.along_d1, b = section_ == SweptSection::plate ? 0 : half.along_d2,
@@ -234,17 +268,18 @@ Vec3d SweptSurface::shift_of(const Foot& foot, const Turning& turning, const Vec
     return (0.5 * by_d1 * dot(apart, frame.d1)) * frame.d1 + (0.5 * by_d2 * dot(apart, frame.d2)) * frame.d2;
 }
 
-Vec3d SweptSurface::velocity_of(const RodMotion& motion, const Foot& foot) const {
+Vec3d SweptSurface::velocity_of(const RodMotion& motion, const SectionRates& rates, const Foot& foot) const {
     const std::size_t k = foot.element;
     const Vec3d t = tangent(k), gain = motion.velocity[k + 1] - motion.velocity[k];
-    const double rate = dot(gain, t) / length_[k]; // of the stretch
     const Vec3d& d1 = now_.frame[k].d1;
     const Vec3d narrows =
         section_ == SweptSection::plate ? dot(foot.off, d1) * d1 : 0.5 * (foot.off - dot(foot.off, t) * t);
     const Turning at = turning(foot);
-    const Vec3d faster = spin_gain(motion, foot, at), spin = motion.spin[k] + at.share * faster;
-    return motion.velocity[k] + foot.along * gain + cross(spin, foot.off) - rate * narrows +
-           shift_of(foot, at, faster); // (153)
+    const Vec3d more = motion.spin[at.other] - motion.spin[k],
+                across = more - dot(more, t) * t; // elements that twist slide on each other, without divergence
+    const Vec3d spin = motion.spin[k] + at.share * across;
+    return motion.velocity[k] + foot.along * gain + cross(spin, foot.off) - rates.stretch[k] * narrows +
+           shift_of(rates, foot, at); // (153)
 }
 
 } // namespace skein

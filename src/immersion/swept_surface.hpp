@@ -72,19 +72,21 @@ public:
     /// Share of its action on the fluid there.
     double share(const Foot& foot) const { return has_part() ? share_at(shares_, foot.element, foot.along) : 1; }
     /// Velocity of the point of the rod there, m/s, at the end and the begin of the stage.
-    Vec3d velocity(const Foot& foot) const { return velocity_of(now_, foot); }
-    Vec3d velocity_before(const Foot& foot) const { return velocity_of(before_, foot); }
+    Vec3d velocity(const Foot& foot) const { return velocity_of(now_, of_sections_, foot); }
+    Vec3d velocity_before(const Foot& foot) const { return velocity_of(before_, of_sections_before_, foot); }
+    /// Of the axis at the foot, m/s, at the end of the stage.
+    Vec3d axis_velocity(const Foot& foot) const {
+        const Vec3d* const of = &now_.velocity[foot.element];
+        return (1 - foot.along) * of[0] + foot.along * of[1];
+    }
     /// Spin across the axis at a foot: linear between the middles of its element and another one.
     struct Turning {
-        std::size_t other;
-        double share, per_way; ///< of the other's spin; 1 over the way between them, 1/m, below 0 towards the begin
+        std::size_t other, node; ///< the node between both; SIZE_MAX: there is none
+        double share;            ///< of the other's spin
     };
     Turning turning(const Foot& foot) const;
     /// Part of velocity() across the axis by which sections take the volume of bending back, 0 at the surface.
-    Vec3d shift(const Foot& foot) const {
-        const Turning at = turning(foot);
-        return shift_of(foot, at, spin_gain(now_, foot, at));
-    }
+    Vec3d shift(const Foot& foot) const { return shift_of(of_sections_, foot, turning(foot)); }
     /// Direction of an element's axis.
     Vec3d tangent(std::size_t k) const { return (1 / length_[k]) * (now_.node[k + 1] - now_.node[k]); }
     const Mat3d& frame(std::size_t element) const { return now_.frame[element]; }
@@ -102,10 +104,15 @@ private:
     Half half_at(std::size_t element, double along) const;
     /// Distance from the surface of a section, m, `beyond` its plane at a joint.
     double from_section(const Half& half, double y1, double y2, double beyond) const;
-    Vec3d velocity_of(const RodMotion& motion, const Foot& foot) const;
-    /// Spin of the other element less the one of the foot's, across the axis, rad/s.
-    Vec3d spin_gain(const RodMotion& motion, const Foot& foot, const Turning& turning) const;
-    Vec3d shift_of(const Foot& foot, const Turning& turning, const Vec3d& gain) const;
+    /// Rates that sections follow to keep their volume: of stretch, 1/s by element, and of bending, spin gained along
+    /// the rod, 1/(m s) by node. Waves that are short beside the radius are left out. theory.md (153b)
+    struct SectionRates {
+        std::vector<double> stretch;
+        std::vector<Vec3d> bend;
+    };
+    void find_rates(const RodMotion& motion, SectionRates& rates) const;
+    Vec3d velocity_of(const RodMotion& motion, const SectionRates& rates, const Foot& foot) const;
+    Vec3d shift_of(const SectionRates& rates, const Foot& foot, const Turning& turning) const;
     /// Place from the first node in coordinates of cubes; plates have two.
     Vec3d in_cubes(const Vec3d& place) const;
     Foot nearest_of(std::span<const std::uint32_t> elements, const Vec3d& place) const;
@@ -121,7 +128,9 @@ private:
     double near_;
     bool closed_;
     std::vector<Half> of_node_; ///< at rest
+    int smoothings_ = 0;        ///< of section rates
     RodMotion before_, now_;
+    SectionRates of_sections_before_, of_sections_;
     std::vector<double> length_, to_end_; ///< by element and node: length and way along the rod to its nearer end, m
     std::vector<double> cover_;           ///< by element: radius of a ball about its middle that holds it, m
     std::vector<Vec3d> middle_;           ///< by element, in coordinates of cubes, m

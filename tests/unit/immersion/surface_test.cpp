@@ -238,6 +238,34 @@ TEST(SweptSurface, RodsThatBendKeepTheirVolume) {
     }
 }
 
+/// Sections follow waves of stretch and of bending if elements are longer than the radius, and only if they are.
+TEST(SweptSurface, SectionsLeaveOutWavesThatAreShortBesideTheRadius) {
+    constexpr int n = 12;
+    constexpr double length = 0.2;
+    for (const double radius : {0.19, 0.3}) {
+        RodMotion m;
+        for (int i = 0; i <= n; ++i) {
+            const double sign = i % 2 == 0 ? 1 : -1;
+            m.node.push_back({0, 0, length * i});
+            m.velocity.push_back({0, 0, 0.1 * sign});
+            if (i == n) break;
+            m.frame.push_back({{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+            m.spin.push_back({0, 0.7 * sign, 0});
+        }
+        SweptSurface rod({SweptSection::ellipse, std::vector<SweptSurface::Element>(n, {radius, radius, length})});
+        rod.put(m, m);
+        const bool follows = radius < length;
+        for (const double z : {0.95, 1.05, 1.13, 1.25}) { // two smoothings reach two elements from each end
+            const auto foot = rod.nearest({0.1, 0.05, z});
+            EXPECT_EQ(norm(rod.shift(foot)) > 1e-3, follows) << radius << " " << z;
+            const double rate = 2 * 0.1 / length * (foot.element % 2 == 0 ? -1 : 1);
+            EXPECT_NEAR(rod.velocity(foot).y, follows ? -0.5 * rate * 0.05 : 0, 1e-14) << radius << " " << z;
+        }
+        EXPECT_LT(norm(rod.axis_velocity(rod.nearest({0.1, 0, 1.1}))), 1e-15); // in the middle of an element
+        EXPECT_NEAR(rod.axis_velocity(rod.nearest({0.1, 0, 1.05})).z, -0.05, 1e-15);
+    }
+}
+
 /// Feet by a search through all elements and through those of cubes, and of how many places a surface is near.
 int compare_feet(Course course, SweptSection section) {
     constexpr int n = 24;
