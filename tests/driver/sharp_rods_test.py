@@ -285,6 +285,15 @@ class SharpRods(DriverTest):
                 self.assertGreater(amplitudes.max(), 1e-7)
                 self.assertLess(amplitudes[-20:].max(), 3e-6)
 
+    def test_a_note_names_elements_that_are_too_short(self):
+        """Of rods about as heavy as the fluid: waves of shorter elements grow."""
+        rod = bent_rod(2.0, 200.0, 0.0002).replace("radius = 0.22", "radius = 0.15")
+        for elements, density, noted in ((18, 2.0, True), (14, 2.0, False), (18, 3.2, False)):
+            for surface in ("sharp", "markers"):
+                with self.subTest(elements=elements, density=density, surface=surface):
+                    self.scene.write_text(rod.replace("elements = 6", f"elements = {elements}").replace("density = 2.0\nyoungs", f"density = {density}\nyoungs").replace('"sharp"', f'"{surface}"'))
+                    self.assertEqual("elements of 0.667 cells are too short for a sharp surface" in self.plan_text(), noted and surface == "sharp")
+
     def test_axial_waves_have_the_inertia_of_the_fluid_that_ends_push(self):
         """The disc at the end of a rod moves 4/3 rho a^3 on one side. Sides slip, so the fluid within adds nothing, however coarse cells are."""
         scene = bent_rod(4.0, 2e3, 0.0, 1.0).replace("radius = 0.22", "radius = 0.3").replace("viscosity = 0.02", "viscosity = 0.0002")

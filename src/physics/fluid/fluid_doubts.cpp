@@ -126,6 +126,29 @@ bool some_are_slender(const RodGroup& group, const FluidPlan& fluid) {
     return found;
 }
 
+/// Length of the shortest element of a group that acts by a sharp surface, over the spacing.
+double shortest_sharp_element(const RodGroup& group, const FluidPlan& fluid) {
+    double shortest = HUGE_VAL;
+    for_each_kind(group, [&](const RodGroup& kind, double) {
+        const ImmersedKinds::Kind& in_fluid = fluid.kinds->of(kind, 0);
+        if (!in_fluid.sharp) return;
+        for (std::size_t k = 0; k < kind.element.size(); ++k)
+            if (in_fluid.sharp_shares[k] > 0 || in_fluid.sharp_shares[k + 1] > 0)
+                shortest = std::min(shortest, kind.element[k].rest_length);
+    });
+    return shortest / fluid.constants.grid.h;
+}
+
+/// Elements of which velocity nodes sample little, so that they have less inertia than they should. theory.md section
+/// 30
+std::string of_short_elements(const RodsInFluid& rods, double shortest, double spacing) {
+    return fmt::format(
+        "rods.{}: elements of {:.3g} cells are too short for a sharp surface of rods of {:.3g} times the "
+        "fluid's density: few velocity nodes lie in one, and short waves may grow; elements of {:.3g} m, "
+        "or fluid.spacing = {:.3g}, are long enough",
+        rods.name, shortest, rods.density_ratio, spacing, shortest * spacing);
+}
+
 /// Deformations that move no fluid around a light rod, whose added inertia comes back later. theory.md (156)
 std::string of_light_rods(const RodsInFluid& rods) {
     return fmt::format(
@@ -217,6 +240,10 @@ std::vector<std::string> fluid_doubts(const FluidPlan& fluid, std::span<const Ro
         if (rods.body || rods.sharp == 0 || !rods.feels_fluid) continue;
         if (const Obstacle* o = markers_around_end(groups[g], fluid.obstacles))
             found.push_back(of_ends_within(rods, *o));
+        constexpr double short_elements = 0.8, heavy = 1.5; // cells; density over the fluid's
+        if (const double shortest = shortest_sharp_element(groups[g], fluid);
+            shortest < short_elements && rods.density_ratio < heavy)
+            found.push_back(of_short_elements(rods, shortest, h));
         if (rods.density_ratio < light * (1 - rounding) && some_are_slender(groups[g], fluid))
             found.push_back(of_light_rods(rods));
     }
