@@ -49,7 +49,7 @@ public:
     struct GivenByElement {
         GivenMomentum whole;
         Vec3d at_end{0, 0, 0};
-        std::array<Vec3d, 2> relative{}; ///< m^4/s, at its begin and end: what the fluid within has relative to the axis (155b)
+        std::array<Vec3d, 2> relative{}; ///< m^4/s, at its begin and end: of the fluid within, (155b)
     };
     std::span<const GivenByElement> given_by_rod(std::size_t body) const {
         return std::span(of_piece_).subspan(nodes_.first_piece(body),
@@ -89,7 +89,8 @@ public:
 private:
     SharpForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, double kinematic_viscosity,
                  std::vector<SharpBody> bodies, const Pencils& pencils);
-    /// Sums over nodes of a row by one body: of changes of a component, m/s, of their moments, m^2/s, and of velocities relative to the axis.
+    /// Sums over nodes of a row by one body: of changes of a component, m/s, of their moments, m^2/s, and of velocities
+    /// relative to the axis.
     struct RowSum {
         double change = 0, at_end = 0, relative = 0, relative_at_end = 0;
         Vec3d moment{0, 0, 0}, moment_of_other{0, 0, 0};
