@@ -5,7 +5,7 @@
 
 KERNELS are the joined objects of the levels; functions that they call elsewhere take no packs. Every level must be found where it belongs, so that a test which finds nothing elsewhere has looked.
 
-Kernels of the baseline have one instruction of a higher level, a fused multiply-add of two lanes, in functions that ask the processor for it (`fma_of_two`).
+Code of the baseline has one instruction of a higher level, a fused multiply-add of two lanes, in functions that ask the processor for it (`fma_of_two`).
 """
 import re
 import subprocess
@@ -34,7 +34,7 @@ assert level_of("addpd", "%xmm1,%xmm2") == 0 and level_of("vmovsd", "%xmm0,8(%ra
 
 objdump, program, *kernels = sys.argv[1:]
 found, wrong, section, function = {}, [], "", ""
-fused, asking = set(), set()  # functions of the baseline's kernels with fused multiply-adds, and those that ask the processor
+fused, asking = set(), set()  # functions of the baseline with fused multiply-adds, and those that ask the processor
 with subprocess.Popen([objdump, "-d", "--no-show-raw-insn", program], stdout=subprocess.PIPE, text=True) as listing:
     for line in listing.stdout:
         if line.startswith("Disassembly of section "):
@@ -43,7 +43,7 @@ with subprocess.Popen([objdump, "-d", "--no-show-raw-insn", program], stdout=sub
             function = line.split("<", 1)[1][:-3]
         elif instruction := LINE.match(line):
             level = level_of(*instruction.groups())
-            if section == "skein_x86_64":
+            if LEVELS.get(section, 0) == 0:
                 if "<__cpu_model" in line:
                     asking.add(function.split(".")[0])
                 if is_asked_for(*instruction.groups()):
