@@ -44,10 +44,7 @@ double SharpForcing::pull_of(const SharpNode& node, const std::array<double*, 3>
 
 SharpForcing::Moments SharpForcing::moments(const SharpNode& node) const {
     const Vec3d whole = cross(node.arm, along(node.component, 1));
-    if (node.of_other == 0) return {whole, {0, 0, 0}, {0, 0, 0}};
-    const Vec3d t = nodes_.swept(node)->tangent(node.piece - nodes_.first_piece(node.body)),
-                across = whole - dot(whole, t) * t, of_other = node.of_other * across;
-    return {whole - of_other, of_other, across};
+    return {whole, (1 - node.of_other) * whole, node.of_other * whole};
 }
 
 void SharpForcing::add(const SharpNode& node, double change, std::vector<RowSum>& sums, bool next_row) const {
@@ -125,9 +122,9 @@ void SharpForcing::add(const SharpNode& node, const Change& change, std::vector<
         return scale(m, m);
     };
     // Sums over rows of the drags of all spins together, so that equal spins have all of them. theory.md (155a)
-    const auto [own, of_other, across] = moments(node);
+    const auto [whole, own, of_other] = moments(node);
     const double a = node.along, s = node.of_other;
-    const Vec3d about = squared(node.piece, across), twist = squared(node.piece, own - (1 - s) * across);
+    const Vec3d about = squared(node.piece, whole);
     ResponseSum& sum = sums.back();
     sum.given[0] += (1 - a) * change.given;
     sum.given[1] += a * change.given;
@@ -137,10 +134,10 @@ void SharpForcing::add(const SharpNode& node, const Change& change, std::vector<
     sum.relative[0] += (1 - a) * (node.share * node.relative);
     sum.relative[1] += a * (node.share * node.relative);
     sum.turn_given += change.given * own;
-    sum.turn_drag += change.share * (twist + (1 - s) * about);
+    sum.turn_drag += ((1 - s) * change.share) * about;
     if (s == 0) return;
     sum.turn_given_of_other += change.given * of_other;
-    sum.turn_drag_of_other += (s * change.share) * squared(node.other, across);
+    sum.turn_drag_of_other += (s * change.share) * squared(node.other, whole);
     sum.turn_shared[a < 0.5 ? 0 : 1] += (s * (1 - s) * change.share) * about;
 }
 

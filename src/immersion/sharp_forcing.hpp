@@ -96,10 +96,9 @@ private:
         Vec3d moment{0, 0, 0}, moment_of_other{0, 0, 0};
         std::uint32_t of, other; ///< 3 piece + component
     };
-    /// Moments of a change of 1 at a node about the axis, m: what its element and another one take of it, and the part
-    /// across the axis.
+    /// Moment of a change of 1 at a node about the axis, m, and what its element and another one take of it.
     struct Moments {
-        Vec3d own, of_other, across;
+        Vec3d whole, own, of_other;
     };
     Moments moments(const SharpNode& node) const;
     void add(const SharpNode& node, double change, std::vector<RowSum>& sums, bool next_row) const;

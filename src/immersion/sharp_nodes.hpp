@@ -48,7 +48,7 @@ struct SharpNode {
     double gain = 0;        ///< of the body's velocity here in the stage, m/s
     Vec3d arm;              ///< from the body's origin, or from the axis of a rod, m
     double along = 0;       ///< share of the element of a rod
-    double of_other = 0;    ///< share of another element in the spin across the axis
+    double of_other = 0;    ///< share of another element in the spin
     double relative = 0;    ///< `velocity` relative to the axis of a rod at its foot, m/s
     double share = 1;       ///< of its action, whose rest markers have
     std::array<double, 3> ahead{};

@@ -275,9 +275,7 @@ Vec3d SweptSurface::velocity_of(const RodMotion& motion, const SectionRates& rat
     const Vec3d narrows =
         section_ == SweptSection::plate ? dot(foot.off, d1) * d1 : 0.5 * (foot.off - dot(foot.off, t) * t);
     const Turning at = turning(foot);
-    const Vec3d more = motion.spin[at.other] - motion.spin[k],
-                across = more - dot(more, t) * t; // elements that twist slide on each other, without divergence
-    const Vec3d spin = motion.spin[k] + at.share * across;
+    const Vec3d spin = (1 - at.share) * motion.spin[k] + at.share * motion.spin[at.other];
     return motion.velocity[k] + foot.along * gain + cross(spin, foot.off) - rates.stretch[k] * narrows +
            shift_of(rates, foot, at); // (153)
 }

@@ -79,7 +79,7 @@ public:
         const Vec3d* const of = &now_.velocity[foot.element];
         return (1 - foot.along) * of[0] + foot.along * of[1];
     }
-    /// Spin across the axis at a foot: linear between the middles of its element and another one.
+    /// Spin at a foot: linear between the middles of its element and another one.
     struct Turning {
         std::size_t other, node; ///< the node between both; SIZE_MAX: there is none
         double share;            ///< of the other's spin
