@@ -84,10 +84,14 @@ void ForceBalance::begin_step_of_sharp(std::size_t i, const RodCopy& body, const
 
 void ForceBalance::begin_step(double lag, const std::function<RigidMotion(std::size_t i)>& slip) {
     rods_.read(lag, [&](int, std::size_t i, const RodCopy& rod) {
+        const RodSpec& spec = group_of(i).spec();
+        // Held rods do not move along themselves as a whole. theory.md (156)
+        const bool held = spec.start != EndKind::free || spec.end != EndKind::free;
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             SlotStep& slot = step_[loads_->first(i) + k];
             slot.velocity = lane(rod.state[k].velocity, 0);
             slot.spin = lane(rod.state[k].spin, 0);
+            if (held) slot.along = rod.frames[std::min(k, rod.frames.size() - 1)].d3;
         }
         if (!group_of(i).body()) return;
         BodyStep& body = body_step_[loads_->first(i)];
@@ -205,8 +209,10 @@ Vec3d ForceBalance::mean_added_velocity(std::size_t i) const {
 Vec3d ForceBalance::returned(std::size_t i, std::size_t k, const Vec3d& mean) const {
     const InertiaShares<double>& of_node = inertia_of(i).of_nodes[k];
     const double fraction = theta(of_node.relaxation);
+    const Vec3d& along = step_[loads_->first(i) + k].along;
     return fraction * exchange_[loads_->first(i) + k].added_momentum +
-           ((1 - fraction) * of_node.added * group_of(i).node_mass[k]) * mean; // theory.md (156)
+           ((1 - fraction) * of_node.added * group_of(i).node_mass[k]) *
+               (mean - dot(mean, along) * along); // theory.md (156)
 }
 
 ForceBalance::BodyMomentum ForceBalance::inner_momentum(std::size_t i, const RodCopy& body) const {

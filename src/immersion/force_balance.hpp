@@ -120,6 +120,7 @@ private:
     struct SlotStep {
         Vec3d velocity{0, 0, 0};            ///< m/s, lab, at the begin of the step
         Vec3d spin{0, 0, 0};                ///< rad/s, body, at the begin of the step
+        Vec3d along{0, 0, 0};               ///< direction of a rod with a held end there, at the begin of the step
         Vec3d own_impulse{0, 0, 0};         ///< N s, part of the stage's load that fluid and markers do not exert
         Vec3d own_angular_impulse{0, 0, 0}; ///< N m s, same part of the couple
         Vec3d impulse{0, 0, 0};             ///< N s, of a body with a sharp surface in the whole step
@@ -162,7 +163,8 @@ private:
     void start_inner_fluid();
     /// Adds the responses of the markers of local()[i] to its loads.
     void add_responses(std::size_t i, const RodCopy& rod, const Responses& responses, std::span<FluidLoad> load);
-    /// Momentum of the added mass of own rod i over this mass, m/s, which a sharp surface returns at once.
+    /// Momentum of the added mass of own rod i over this mass, m/s, which a sharp surface returns at once, along a held
+    /// rod as other momentum.
     Vec3d mean_added_velocity(std::size_t i) const;
     /// Momentum of the added mass of a slot that a step returns, N s.
     Vec3d returned(std::size_t i, std::size_t k, const Vec3d& mean) const;

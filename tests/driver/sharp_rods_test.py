@@ -285,6 +285,15 @@ class SharpRods(DriverTest):
                 self.assertGreater(amplitudes.max(), 1e-7)
                 self.assertLess(amplitudes[-20:].max(), 3e-6)
 
+    def test_light_rods_with_a_held_end_do_not_stretch_without_limit(self):
+        """A quarter of the fluid's density. Their waves of stretch move no fluid around, and are faster than steps of the fluid."""
+        rod = bent_rod(0.5, 2e3, 0.2, 1.7).replace("radius = 0.22", "radius = 0.15").replace("elements = 6", "elements = 12")
+        self.scene.write_text(rod.replace("viscosity = 0.02", "viscosity = 0.001"))
+        self.run_skein("light")
+        stretch, bend = (self.series("light")[f"elastic_{kind}J"].max() for kind in ("stretch", "bend"))
+        self.assertGreater(bend, 0.01)
+        self.assertLess(stretch, 0.01 * bend)
+
     def test_a_note_names_elements_that_are_too_short(self):
         """Of rods about as heavy as the fluid: waves of shorter elements grow."""
         rod = bent_rod(2.0, 200.0, 0.0002).replace("radius = 0.22", "radius = 0.15")
