@@ -18,6 +18,12 @@ Vec3d turn_drag(const RodMarker& marker, const Vec3d& mass) {
            Vec3d{squared_d2 + squared_d3, squared_d1 + squared_d3, squared_d1 + squared_d2};
 }
 
+/// True for rods that do not move along themselves as a whole: an end is held in all directions. theory.md (156)
+bool has_held_end(const RodSpec& rods) {
+    return (rods.start != EndKind::free && rods.start_free.empty()) ||
+           (rods.end != EndKind::free && rods.end_free.empty());
+}
+
 } // namespace
 
 ForceBalance::ForceBalance(std::span<const RodGroup> groups, const ImmersedRods& rods,
@@ -84,9 +90,7 @@ void ForceBalance::begin_step_of_sharp(std::size_t i, const RodCopy& body, const
 
 void ForceBalance::begin_step(double lag, const std::function<RigidMotion(std::size_t i)>& slip) {
     rods_.read(lag, [&](int, std::size_t i, const RodCopy& rod) {
-        const RodSpec& spec = group_of(i).spec();
-        // Held rods do not move along themselves as a whole. theory.md (156)
-        const bool held = spec.start != EndKind::free || spec.end != EndKind::free;
+        const bool held = has_held_end(group_of(i).spec());
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             SlotStep& slot = step_[loads_->first(i) + k];
             slot.velocity = lane(rod.state[k].velocity, 0);

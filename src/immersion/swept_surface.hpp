@@ -74,7 +74,7 @@ public:
     /// Velocity of the point of the rod there, m/s, at the end and the begin of the stage.
     Vec3d velocity(const Foot& foot) const { return velocity_of(now_, of_sections_, foot); }
     Vec3d velocity_before(const Foot& foot) const { return velocity_of(before_, of_sections_before_, foot); }
-    /// Of the axis at the foot, m/s, at the end of the stage.
+    /// Velocity of the axis at the foot, m/s, at the end of the stage.
     Vec3d axis_velocity(const Foot& foot) const {
         const Vec3d* const of = &now_.velocity[foot.element];
         return (1 - foot.along) * of[0] + foot.along * of[1];

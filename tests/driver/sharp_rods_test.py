@@ -294,6 +294,17 @@ class SharpRods(DriverTest):
         self.assertGreater(bend, 0.01)
         self.assertLess(stretch, 0.01 * bend)
 
+    def test_light_rods_that_slide_move_along_themselves_as_free_ones_do(self):
+        ways = []
+        for start in ('start = "clamped"\nstart_free = "z"\n', ''):
+            rod = bent_rod(0.5, 2e4, 0.0, 0.2).replace("radius = 0.22", "radius = 0.15").replace("elements = 6", "elements = 12").replace("end = [0.0, 0.0, 0.0]", "end = [0.0, 0.0, 0.02]")
+            self.scene.write_text(rod.replace("viscosity = 0.02", "viscosity = 0.001").replace('start = "clamped"\n', start))
+            self.run_skein(f"slides{len(ways)}")
+            z = self.frames(f"slides{len(ways)}", "trajectory")["groups/rod/position"][:, 0, :, 2].mean(axis=1)
+            ways.append(z[-1] - z[0])
+        self.assertGreater(ways[1], 1e-3)
+        self.assertLess(abs(ways[0] / ways[1] - 1), 0.02, ways)
+
     def test_a_note_names_elements_that_are_too_short(self):
         """Of rods about as heavy as the fluid: waves of shorter elements grow."""
         rod = bent_rod(2.0, 200.0, 0.0002).replace("radius = 0.22", "radius = 0.15")
