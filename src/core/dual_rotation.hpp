@@ -32,7 +32,7 @@ template <> inline void large_relative_rotation<dual>(const Pack<dual>& half_cos
 /// Derivative of c[0] + c[1] x + c[2] x^2 + ..., by Horner's rule.
 template <int N> SKEIN_INLINE double slope_of_polynomial(double x, const double (&c)[N]) {
     double slope = 0;
-    for (int i = N - 1; i > 0; --i) slope = __builtin_fma(slope, x, i * c[i]);
+    for (int i = N - 1; i > 0; --i) slope = detail::fma_of_one(slope, x, i * c[i]);
     return slope;
 }
 

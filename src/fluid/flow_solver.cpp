@@ -300,6 +300,7 @@ private:
 FlowStage BoxFlow::forced_stage(const StageOfStep& stage, StageResponse* response) {
     return {.velocity = velocities(),
             .scratch = {next_[0].data(), next_[1].data(), next_[2].data()},
+            .begin = {next_[0].data(), next_[1].data(), next_[2].data()},
             .time = stage.end,
             .dt = stage.whole,
             .ends_step = stage.last,

@@ -21,12 +21,13 @@ public:
 
 /// Flow after a stage without its bodies, before the projection if the stage is explicit.
 struct FlowStage {
-    std::array<double*, 3> velocity; ///< fields of this rank in FlowSolver::layout()
-    std::array<double*, 3> scratch;  ///< memory of the same size; in sample() the velocities at the begin of the stage
-    double time;                     ///< end of the stage, s
-    double dt;                       ///< length of the stage, s
-    bool ends_step;                  ///< last stage of a step
-    StageResponse* response;         ///< null: the stage is explicit, and pushes are changes of velocity
+    std::array<double*, 3> velocity;    ///< fields of this rank in FlowSolver::layout()
+    std::array<double*, 3> scratch;     ///< memory of the same size, at first with `begin`
+    std::array<const double*, 3> begin; ///< in sample(): velocities at the begin of the stage
+    double time;                        ///< end of the stage, s
+    double dt;                          ///< length of the stage, s
+    bool ends_step;                     ///< last stage of a step
+    StageResponse* response;            ///< null: the stage is explicit, and pushes are changes of velocity
     /// Sets ghosts of velocities beyond walls: across x and y in the planes that `sides` selects, and across z with
     /// `beyond`. Not collective.
     std::function<void(const std::function<bool(int plane)>& sides, bool beyond)> fill_beyond_walls;

@@ -15,13 +15,17 @@ DirectForcing::DirectForcing(const Communicator& comm, const Threads& threads, c
     : comm_(comm), threads_(threads), grid_(grid), numbers_(numbers), place_(std::move(place)), moves_(moves),
       planes_(comm, threads, grid, numbers.delta, across), given_(comm, threads, grid.h * grid.h * grid.h, bodies) {}
 
-void DirectForcing::settle(const FlowStage& stage) {
-    if (settled_ && !moves_) return;
+bool DirectForcing::put_markers(const FlowStage& stage) {
+    if (settled_ && !moves_) return false;
     markers_.clear();
     place_(stage.time, markers_);
     planes_.settle(markers_.place, markers_.identity);
     for (std::vector<Vec3d>* of_markers : {&weight_, &velocity_, &slip_, &changes_})
         of_markers->resize(markers_.count());
+    return true;
+}
+
+void DirectForcing::find_weights(const FlowStage& stage) {
     planes_.respond_to_ones(stage.scratch, weight_);
     const auto inverse = [](double sum) { return sum > 0 ? 1 / sum : 0; }; // 0: no cell within reach
     for_blocks(threads_, weight_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -56,10 +60,13 @@ double DirectForcing::largest_slip() const {
     return comm_.max(most);
 }
 
-void DirectForcing::measure_slip(const FlowStage& stage) {
-    if (!stage.ends_step) return;
-    find_slips(stage);
-    largest_slip_ = largest_slip();
+void DirectForcing::keep_work() {
+    for (std::size_t m = 0; m < changes_.size(); ++m) {
+        const Vec3d& v = markers_.velocity[m];
+        const Vec3d middle = 0.5 * (at_begin_[m] + (v - slip_[m]));
+        work_->add({dot(changes_[m], v), dot(changes_[m], v - middle)});
+    }
+    work_->end_stage();
 }
 
 void DirectForcing::restore_held(std::span<const double> saved) {
@@ -69,7 +76,7 @@ void DirectForcing::restore_held(std::span<const double> saved) {
 
 void DirectForcing::add_held_forces(const FlowStage& stage) {
     const Timers::Guard timing(seconds_);
-    settle(stage);
+    if (put_markers(stage)) find_weights(stage);
     std::vector<Vec3d> pushes(held_.values().begin(), held_.values().end());
     for (Vec3d& push : pushes) push = stage.dt * push;
     planes_.spread(pushes, stage.velocity);
@@ -105,6 +112,10 @@ void DirectForcing::end_sweeps(const FlowStage& stage) {
     largest_slip_ = largest_slip();
     for (std::size_t m = 0; m < changes_.size(); ++m) changes_[m] = stage.dt * held_.values()[m];
     given_.keep(changes_, markers_);
+    if (!work_) return;
+    for (std::size_t m = 0; m < changes_.size(); ++m)
+        work_->add({dot(changes_[m], markers_.velocity[m]), dot(changes_[m], slip_[m])});
+    work_->end_stage();
 }
 
 MarkerResponse DirectForcing::response(std::size_t marker) const {
@@ -132,7 +143,12 @@ DirectForcing::SlipShares DirectForcing::shares(std::size_t marker) const {
 void DirectForcing::sample(const FlowStage& stage) {
     const Timers::Guard timing(seconds_);
     stage_dt_ = stage.dt;
-    settle(stage);
+    const bool moved = put_markers(stage);
+    if (work_) {
+        at_begin_.resize(markers_.count());
+        planes_.interpolate(stage.begin, at_begin_);
+    }
+    if (moved) find_weights(stage);
     find_velocities(stage);
 }
 
@@ -186,7 +202,9 @@ void DirectForcing::apply(const FlowStage& stage) {
     const Timers::Guard timing(seconds_);
     if (numbers_.penalty()) apply_springs(stage);
     else apply_sweeps(stage);
-    measure_slip(stage);
+    if (work_ || stage.ends_step) find_slips(stage);
+    if (stage.ends_step) largest_slip_ = largest_slip();
+    if (work_) keep_work();
     given_.keep(changes_, markers_);
 }
 

@@ -10,8 +10,10 @@
 #include "immersion/held_vectors.hpp"
 #include "immersion/marker_planes.hpp"
 #include "immersion/markers.hpp"
+#include "immersion/surface_work.hpp"
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -54,6 +56,10 @@ public:
         given_.set_parts(parts);
         markers_.has_parts = parts > 0;
     }
+    /// Finds the work of bodies in each stage from now on.
+    void measure_work() { work_.emplace(comm_, grid_.h * grid_.h * grid_.h); }
+    std::optional<SurfaceWorkSums>& work() { return work_; }
+    const std::optional<SurfaceWorkSums>& work() const { return work_; }
     /// Largest slip of any rank after the last step, before its projection, m/s.
     double slip() const { return largest_slip_; }
     /// Wall time at markers since the last call, without implicit viscosity, s.
@@ -72,8 +78,10 @@ public:
     void restore_held(std::span<const double> saved);
 
 private:
-    /// Puts markers to the time of the stage and finds their weights. Collective.
-    void settle(const FlowStage& stage);
+    /// Puts markers to the time of the stage, unless they rest there. Returns true if it did. Collective.
+    bool put_markers(const FlowStage& stage);
+    /// Finds the weights of markers at new places. Collective.
+    void find_weights(const FlowStage& stage);
     void apply_sweeps(const FlowStage& stage);
     void apply_springs(const FlowStage& stage);
     /// Scales the changes of later sweeps by their shares and spreads the differences. Collective.
@@ -86,8 +94,8 @@ private:
     /// Interpolates velocities of the fluid to markers. Collective.
     void find_velocities(const FlowStage& stage);
     void subtract_velocities();
-    /// Finds the largest slip at the end of a step. Collective.
-    void measure_slip(const FlowStage& stage);
+    /// Keeps the work of changes_ in an explicit stage, whose slips are found. theory.md (161)
+    void keep_work();
 
     Communicator comm_;
     const Threads& threads_;
@@ -104,7 +112,9 @@ private:
     std::vector<Vec3d> slip_;     ///< marker's velocity minus the fluid's, m/s
     std::vector<Vec3d> changes_;  ///< by marker, m/s; pushes of implicit stages
     std::vector<Vec3d> response_; ///< by marker, m/s
+    std::vector<Vec3d> at_begin_; ///< velocity of the fluid there at the begin of the stage, m/s, for work_
     GivenSums given_;
+    std::optional<SurfaceWorkSums> work_;    ///< absent: nothing needs it
     HeldVectors held_;                       ///< forces of implicit stages, or lengths of springs
     double largest_slip_ = 0, stage_dt_ = 0; ///< m/s; s
     double seconds_ = 0;                     ///< wall time since take_seconds()

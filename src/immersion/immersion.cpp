@@ -314,6 +314,35 @@ void Immersion::restore_held(std::span<const double> saved) {
     if (surfaces_) surfaces_->restore_held(of_surfaces);
 }
 
+void Immersion::begin_interval(double time) {
+    forcing_.given().reset();
+    if (forcing_.work()) forcing_.work()->reset();
+    if (surfaces_) surfaces_->reset_given();
+    if (surfaces_ && surfaces_->work()) surfaces_->work()->reset();
+    from_ = time;
+}
+
+void Immersion::measure_work() {
+    if (has_markers()) forcing_.measure_work();
+    if (surfaces_) surfaces_->measure_work();
+}
+
+void Immersion::sum_loads() {
+    forcing_.given().sum();
+    if (forcing_.work()) forcing_.work()->sum();
+    if (surfaces_ && surfaces_->work()) surfaces_->work()->sum();
+}
+
+std::optional<SurfaceWork> Immersion::power(double density, double time) const {
+    SurfaceWork all;
+    bool measured = false;
+    for (const auto* work : {&forcing_.work(), surfaces_ ? &surfaces_->work() : nullptr})
+        if (work && *work) all += (*work)->whole(), measured = true;
+    if (!measured) return std::nullopt;
+    const double per_time = time > from_ ? density / (time - from_) : 0;
+    return SurfaceWork{per_time * all.given, per_time * all.lost};
+}
+
 const GivenMomentum* Immersion::given_by_sharp(std::size_t obstacle) const {
     const auto sharp = std::find(sharp_.begin(), sharp_.end(), obstacle);
     if (sharp == sharp_.end()) return nullptr;

@@ -68,7 +68,12 @@ public:
     }
 
     /// Sums over ranks that the following functions show. Collective.
-    void sum_loads() { forcing_.given().sum(); }
+    void sum_loads();
+    /// Finds the work of bodies on the fluid from now on.
+    void measure_work();
+    /// Mean since the last begin_interval(), W: of the work that bodies do, and of its part that the fluid does not
+    /// gain; nothing without measure_work().
+    std::optional<SurfaceWork> power(double density, double time) const;
     /// Momentum over density that an obstacle has given the fluid since the last begin_interval(), m^4/s.
     Vec3d given_by_obstacle(std::size_t obstacle) const;
     /// Mean force on an obstacle since the last begin_interval(), N, by a fluid of this density.
@@ -83,11 +88,7 @@ public:
         Vec3d force{0, 0, 0}, couple{0, 0, 0}; ///< N, N m
     };
     MeanLoad load_on_single(std::size_t single, double density, double time) const;
-    void begin_interval(double time) {
-        forcing_.given().reset();
-        if (surfaces_) surfaces_->reset_given();
-        from_ = time;
-    }
+    void begin_interval(double time);
 
     /// Wall time spent at markers since the last call, s.
     double take_seconds() {

@@ -97,15 +97,24 @@ template <class Give> double SharpForcing::velocity_after(std::span<const SharpN
     return after;
 }
 
-void SharpForcing::act_on(std::span<const SharpNode> nodes, const FlowStage& stage, std::vector<RowSum>& sums) const {
+void SharpForcing::act_on(std::span<const SharpNode> nodes, const FlowStage& stage, std::vector<RowSum>& sums,
+                          std::vector<SurfaceWork>& works) const {
     std::int32_t row = -1;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
         const SharpNode& node = nodes[n];
+        const bool next_row = node.row != row;
+        double given = 0, power = 0;
         const double u = velocity_after(nodes, n, stage, [&](const SharpNode& one, const Change& change) {
             add(one, change.given, sums, one.row != row);
             row = one.row;
+            given += change.given;
+            power += change.given * one.velocity;
         });
         nth(stage.velocity, node.component)[node.at] = u;
+        if (!work_) continue;
+        if (next_row) works.emplace_back();
+        const double middle = 0.5 * (nth(stage.scratch, node.component)[node.at] + u); // theory.md (161)
+        works.back() += {power, power - given * middle};
     }
 }
 
@@ -195,10 +204,16 @@ void SharpForcing::act(const FlowStage& stage) {
     const Timers::Guard timing(seconds_);
     nodes_.settle(stage.time, stage.dt);
     std::vector<std::vector<RowSum>> sums(to_index(layout_.nz));
+    std::vector<std::vector<SurfaceWork>> works(sums.size());
     threads_.for_each(sums.size(), [&](std::size_t k, int) {
-        nodes_.for_lists(static_cast<int>(k), [&](std::span<const SharpNode> nodes) { act_on(nodes, stage, sums[k]); });
+        nodes_.for_lists(static_cast<int>(k),
+                         [&](std::span<const SharpNode> nodes) { act_on(nodes, stage, sums[k], works[k]); });
     });
     add_given(sums);
+    if (!work_) return;
+    for (const std::vector<SurfaceWork>& of_plane : works)
+        for (const SurfaceWork& work : of_plane) work_->add(work);
+    work_->end_stage();
 }
 
 template <class Body> void SharpForcing::for_nodes(Body&& body) const {
@@ -295,10 +310,17 @@ void SharpForcing::end_sweeps(const FlowStage& stage) {
     std::int64_t row = -1;
     for (std::size_t n = 0; n < list_.size(); ++n) {
         const std::int64_t here = list_[n].at / layout_.row;
-        add(list_[n], stage.dt * held_.values()[n].x, sums, here != row);
+        const double change = stage.dt * held_.values()[n].x;
+        if (work_) {
+            const SharpNode& node = list_[n];
+            const double slip = node.velocity - nth(stage.velocity, node.component)[node.at];
+            work_->add({change * node.velocity, change * slip}, here == row);
+        }
+        add(list_[n], change, sums, here != row);
         row = here;
     }
     add_given({sums});
+    if (work_) work_->end_stage();
 }
 
 void SharpForcing::add_given(const std::vector<std::vector<RowSum>>& of_planes) {

@@ -8,9 +8,11 @@
 #include "immersion/held_vectors.hpp"
 #include "immersion/rigid_fit.hpp"
 #include "immersion/sharp_nodes.hpp"
+#include "immersion/surface_work.hpp"
 #include "parallel/communicator.hpp"
 
 #include <array>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -43,6 +45,10 @@ public:
     /// Since reset_given(); moments of rods are about their first nodes. All ranks have all bodies.
     const std::vector<GivenMomentum>& given() const { return given_; }
     void reset_given() { std::fill(given_.begin(), given_.end(), GivenMomentum{}); }
+    /// Finds the work of bodies in each stage from now on.
+    void measure_work() { work_.emplace(comm_, h_ * h_ * h_); }
+    std::optional<SurfaceWorkSums>& work() { return work_; }
+    const std::optional<SurfaceWorkSums>& work() const { return work_; }
     /// In the last stage.
     const GivenMomentum& given_in_stage(std::size_t body) const { return of_piece_[nodes_.first_piece(body)].whole; }
     /// In the last stage, by an element of a rod: `whole` with its moment about the axis, and the part at its end.
@@ -120,8 +126,9 @@ private:
     /// the stage, and sets n to the last of them.
     template <class Give>
     double velocity_after(std::span<const SharpNode> nodes, std::size_t& n, const FlowStage& stage, Give&& give) const;
-    /// Changes the nodes of a list and appends the sums of its rows.
-    void act_on(std::span<const SharpNode> nodes, const FlowStage& stage, std::vector<RowSum>& sums) const;
+    /// Changes the nodes of a list and appends the sums of its rows, and the work done there if it is asked for.
+    void act_on(std::span<const SharpNode> nodes, const FlowStage& stage, std::vector<RowSum>& sums,
+                std::vector<SurfaceWork>& works) const;
     /// Adds the changes of all rows to the momentum given by bodies. Collective.
     void add_given(const std::vector<std::vector<RowSum>>& of_planes);
     /// The same about the first node, of an element of a rod.
@@ -145,6 +152,7 @@ private:
     SharpNodes nodes_;
     std::vector<GivenMomentum> given_;     ///< by body
     std::vector<GivenByElement> of_piece_; ///< in the last stage
+    std::optional<SurfaceWorkSums> work_;  ///< absent: nothing needs it
     std::vector<Response> response_of_piece_;
     std::vector<SharpNode> list_;                ///< all nodes of this rank, in implicit stages
     HeldVectors held_;                           ///< by number in list_

@@ -37,7 +37,8 @@ public:
 private:
     struct Cut {
         const Image* image;
-        double distance; ///< cells
+        SweptSurface::Foot foot; ///< of the node on a rod
+        double distance;         ///< cells
         Vec3d normal;
         CutWeights weights;
     };
@@ -69,14 +70,24 @@ private:
     /// Distance of a place from a body's surface, m, and the share of its action there.
     struct Seen {
         double distance, share = 1;
+        SweptSurface::Foot foot = {}; ///< on a rod
     };
     Seen seen(const Image& image, const Vec3d& place) const {
         const SharpBody& body = all_.bodies_[image.body];
         if (!body.swept) return {body.surface->distance(all_.now_[image.body].axes * place)};
-        const SweptSurface::Foot foot = body.swept->nearest(place);
-        return {foot.distance, body.swept->share(foot)};
+        const SweptSurface::Foot at = body.swept->nearest(place);
+        return {at.distance, body.swept->share(at), at};
     }
-    double distance(const Image& image, const Vec3d& place) const { return seen(image, place).distance; }
+    double distance(const Image& image, const Vec3d& place) const {
+        const SharpBody& body = all_.bodies_[image.body];
+        return body.swept ? body.swept->nearest(place).distance
+                          : body.surface->distance(all_.now_[image.body].axes * place);
+    }
+    /// On a rod; of a rigid body nothing.
+    SweptSurface::Foot foot(const Image& image, const Vec3d& place) const {
+        const auto& rod = all_.bodies_[image.body].swept;
+        return rod ? rod->nearest(place) : SweptSurface::Foot{};
+    }
     /// Normal of a body's surface towards the fluid, by differences of the distance over a spacing.
     Vec3d normal(const Image& image, const Vec3d& place) const {
         const auto along = [&](const Vec3d& half) {
@@ -94,7 +105,7 @@ private:
         const BodyMotion &before = all_.before_[image.body], &now = all_.now_[image.body];
         return before.velocity + cross(before.spin, place + (now.place - before.place));
     }
-    SharpNode node(int i, const Image& image) const {
+    SharpNode node(int i, const Image& image, const SweptSurface::Foot& foot) const {
         const int j = j_ - all_.pencils_.rows().first, k = k_ - all_.pencils_.planes().first;
         SharpNode one{.at = all_.layout_.at(i, j, k),
                       .velocity = 0,
@@ -113,7 +124,6 @@ private:
             one.other = one.piece;
             return one;
         }
-        const SweptSurface::Foot foot = rod->nearest(one.arm);
         const Vec3d velocity = rod->velocity(foot);
         take(velocity, rod->velocity_before(foot));
         one.arm = foot.off;
@@ -126,12 +136,12 @@ private:
         one.piece += foot.element;
         return one;
     }
-    void put_within(int i, const Image& image) {
-        const SharpNode one = node(i, image);
+    void put_within(int i, const Image& image, const SweptSurface::Foot& foot) {
+        const SharpNode one = node(i, image, foot);
         if (one.share > 0) out_.push_back(one);
     }
     void put(int i, const Cut& cut, bool again) {
-        SharpNode one = node(i, *cut.image);
+        SharpNode one = node(i, *cut.image, cut.foot);
         one.excess = cut.weights.excess;
         one.pull = cut.weights.excess * one.velocity;
         one.closed = cut.weights.closed_share;
@@ -174,7 +184,7 @@ private:
     }
     void add(int i) {
         if (on_wall(i)) return;
-        if (const Image* within = inside_of(i)) return put_within(i, *within);
+        if (const Image* within = inside_of(i)) return put_within(i, *within, foot(*within, place(*within, i)));
         cuts_.clear();
         for (std::size_t m = 0; m < near_.size(); ++m) {
             if (!has(m, i) || (known_[m].has(i) && !known_[m].within)) continue;
@@ -184,7 +194,7 @@ private:
             const double d = from.distance / h_;
             known_[m] = stretch_from(m, i, d);
             if (d < reach && from.share > 0)
-                cuts_.push_back({image, d, d > closed ? normal(*image, at) : Vec3d{0, 0, 0}, {}});
+                cuts_.push_back({image, from.foot, d, d > closed ? normal(*image, at) : Vec3d{0, 0, 0}, {}});
         }
         for (Cut& cut : cuts_)
             if (cut.distance > closed)
@@ -193,7 +203,7 @@ private:
                                               [](const Cut& a, const Cut& b) { return a.distance < b.distance; });
         if (nearest == cuts_.end()) return;
         if (std::any_of(cuts_.begin(), cuts_.end(), [](const Cut& c) { return c.weights.closed(); })) {
-            put_within(i, *nearest->image);
+            put_within(i, *nearest->image, nearest->foot);
             return;
         }
         constexpr double nothing = 1e-12; // rounding of weights at nodes that no surface cuts

@@ -195,37 +195,18 @@ SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
     return nearest_of(all_, place);
 }
 
-// Feet on far elements are not looked for. The element whose middle is nearest comes first, so that few others are
-// left.
 SweptSurface::Foot SweptSurface::nearest_of(std::span<const std::uint32_t> elements, const Vec3d& place) const {
-    const Vec3d at = in_cubes(place);
-    const auto squared_to_middle = [&](std::uint32_t k) {
-        const Vec3d off = at - middle_[k];
-        return off.x * off.x + off.y * off.y + off.z * off.z;
-    };
-    std::uint32_t begin = elements.front();
-    double least = HUGE_VAL;
-    for (const std::uint32_t k : elements)
-        if (const double squared = squared_to_middle(k); squared < least) least = squared, begin = k;
     Foot best{.distance = HUGE_VAL};
-    take_nearer(begin, place, best);
-    for (const std::uint32_t k : elements) {
-        constexpr double rounding = 1e-9;
-        const double reach = (best.distance + cover_[k]) * (1 + rounding);
-        if (k != begin && reach >= 0 && squared_to_middle(k) <= reach * reach) take_nearer(k, place, best);
-    }
+    for (const std::uint32_t k : elements)
+        if (has_foot(k, place)) take_nearer(k, place, best);
     return best;
 }
 
 void SweptSurface::take_nearer(std::size_t k, const Vec3d& place, Foot& best) const {
     const std::size_t n = element_.size();
     const bool ends = !closed_ && !endless(), first = !closed_ && k == 0, last = !closed_ && k + 1 == n;
-    const auto share_of = [&](std::size_t of) { return dot(place - now_.node[of], per_share_[of]); };
     const Vec3d axis = now_.node[k + 1] - now_.node[k];
-    const double share = share_of(k);
-    if (share < 0 && !first && !(share_of(k > 0 ? k - 1 : n - 1) > 1)) return; // the element before has it
-    if (share > 1 && !last) return;                                            // a later one has it
-    const double along = std::clamp(share, 0.0, 1.0);
+    const double share = share_on(k, place), along = std::clamp(share, 0.0, 1.0);
     Vec3d off = (place - now_.node[k]) - along * axis;
     if (section_ == SweptSection::plate) { // all places along d2 are one
         const Vec3d& d2 = now_.frame[0].d2;

@@ -116,7 +116,16 @@ private:
     /// Place from the first node in coordinates of cubes; plates have two.
     Vec3d in_cubes(const Vec3d& place) const;
     Foot nearest_of(std::span<const std::uint32_t> elements, const Vec3d& place) const;
-    /// Takes the foot on an element if it has one, and if it is nearer than `best`.
+    /// Share of the foot on an element's line, which may lie beyond its nodes.
+    double share_on(std::size_t k, const Vec3d& place) const { return dot(place - now_.node[k], per_share_[k]); }
+    /// True if an element has a foot: between its nodes, at an end of the rod, or at a node that no other one has.
+    bool has_foot(std::size_t k, const Vec3d& place) const {
+        const double share = share_on(k, place);
+        if (share > 1) return !closed_ && k + 1 == element_.size(); // a later one has it
+        if (share >= 0 || (!closed_ && k == 0)) return true;
+        return share_on(k > 0 ? k - 1 : element_.size() - 1, place) > 1; // else the element before has it
+    }
+    /// Takes the foot on an element that has one, if it is nearer than `best`.
     void take_nearer(std::size_t k, const Vec3d& place, Foot& best) const;
 
     bool endless() const { return through_ >= 0 && section_ != SweptSection::plate; }

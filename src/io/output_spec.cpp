@@ -35,6 +35,12 @@ void OutputSpec::fields(FieldVisitor& f) {
              .text = "groups, e.g. [\"fish\"]: each of their rods and bodies gets six columns of the series, the mean "
                      "force and couple of the fluid on it; at most 1000 rods and bodies"},
             fluid_forces);
+    f.visit({.name = "fluid_power",
+             .unit = "",
+             .text =
+                 "true: adds to the series the power that bodies give a fluid at their surfaces, and the part of it "
+                 "that is lost there"},
+            fluid_power);
     f.visit({.name = "audit",
              .unit = "",
              .text = "true: adds an energy audit to the series: work of loads and moving walls, dissipation, and the "

@@ -34,6 +34,7 @@ struct OutputSpec {
     double series = 0;                     ///< observables.csv
     std::vector<std::string> observables;  ///< sets beyond energies, momentum and extremes
     std::vector<std::string> fluid_forces; ///< groups of which each rod and body has columns of its own
+    bool fluid_power = false;              ///< work of bodies on a fluid at their surfaces
     bool audit = false;                    ///< energy audit
     double fluid_fields = 0;               ///< fields of the fluid, into HDF5
     double contacts = 0;                   ///< all contacts with their forces, into tables

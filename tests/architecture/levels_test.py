@@ -5,7 +5,7 @@
 
 KERNELS are the joined objects of the levels; functions that they call elsewhere take no packs. Every level must be found where it belongs, so that a test which finds nothing elsewhere has looked.
 
-Code of the baseline has one instruction of a higher level, a fused multiply-add of two lanes, in functions that ask the processor for it (`fma_of_two`).
+Code of the baseline has fused multiply-adds of one number and of two lanes, of a higher level, in functions that ask the processor for them (`fma_of_one`, `fma_of_two`).
 """
 import re
 import subprocess
@@ -24,11 +24,11 @@ def level_of(mnemonic, operands):
 
 
 def is_asked_for(mnemonic, operands):
-    """True for fused multiply-adds of two lanes, which the baseline runs where the processor has them."""
-    return mnemonic == "vfmadd213pd" and len(re.findall(r"%xmm(?:1[0-5]|\d)\b", operands)) == 3
+    """True for fused multiply-adds of one number or two lanes, which the baseline runs where the processor has them."""
+    return mnemonic in ("vfmadd213sd", "vfmadd213pd") and len(re.findall(r"%xmm(?:1[0-5]|\d)\b", operands)) == 3
 
 
-assert is_asked_for("vfmadd213pd", "%xmm11,%xmm8,%xmm8") and not is_asked_for("vfmadd213pd", "%ymm1,%ymm8,%ymm8")
+assert is_asked_for("vfmadd213sd", "%xmm11,%xmm8,%xmm8") and is_asked_for("vfmadd213pd", "%xmm11,%xmm8,%xmm8") and not is_asked_for("vfmadd213pd", "%ymm1,%ymm8,%ymm8")
 assert level_of("vpermilpd", "$0xb2,(%rdi),%zmm0") == 2 and level_of("vaddpd", "%ymm1,%ymm2,%ymm3") == 1
 assert level_of("addpd", "%xmm1,%xmm2") == 0 and level_of("vmovsd", "%xmm0,8(%rax)") == 1
 

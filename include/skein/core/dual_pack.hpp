@@ -70,15 +70,15 @@ SKEIN_INLINE unsigned bits_of(const Mask<dual>& m) { return m.holds ? 1 : 0; }
 SKEIN_INLINE bool any(const Mask<dual>& m) { return m.holds; }
 SKEIN_CALLED inline Pack<dual> fma(const Pack<dual>& a, const Pack<dual>& b, const Pack<dual>& c) {
     using Slopes = Pack<directions>;
-    return {__builtin_fma(a.v, b.v, c.v), fma(Slopes(a.v), b.d, fma(Slopes(b.v), a.d, c.d))};
+    return {detail::fma_of_one(a.v, b.v, c.v), fma(Slopes(a.v), b.d, fma(Slopes(b.v), a.d, c.d))};
 }
 SKEIN_CALLED inline Pack<dual> fms(const Pack<dual>& a, const Pack<dual>& b, const Pack<dual>& c) {
     using Slopes = Pack<directions>;
-    return {__builtin_fma(a.v, b.v, -c.v), fma(Slopes(a.v), b.d, fma(Slopes(b.v), a.d, -c.d))};
+    return {detail::fma_of_one(a.v, b.v, -c.v), fma(Slopes(a.v), b.d, fma(Slopes(b.v), a.d, -c.d))};
 }
 SKEIN_CALLED inline Pack<dual> fnma(const Pack<dual>& a, const Pack<dual>& b, const Pack<dual>& c) {
     using Slopes = Pack<directions>;
-    return {__builtin_fma(-a.v, b.v, c.v), fma(Slopes(-a.v), b.d, fma(Slopes(-b.v), a.d, c.d))};
+    return {detail::fma_of_one(-a.v, b.v, c.v), fma(Slopes(-a.v), b.d, fma(Slopes(-b.v), a.d, c.d))};
 }
 SKEIN_CALLED inline Pack<dual> sqrt(const Pack<dual>& a) {
     const double root = __builtin_sqrt(a.v);

@@ -159,8 +159,8 @@ struct alignas(8 * W) Pack<W> {
     SKEIN_INLINE friend Mask<W> operator>=(const Pack& a, const Pack& b) { return {a.low >= b.low, a.high >= b.high}; }
 };
 namespace detail {
-using TwoDoubles = double __attribute__((vector_size(16)));
 #if defined(__x86_64__) && !defined(__FMA__)
+using TwoDoubles = double __attribute__((vector_size(16)));
 [[gnu::noinline, gnu::cold]] inline TwoDoubles fma_by_library(TwoDoubles a, TwoDoubles b, TwoDoubles c) {
     return TwoDoubles{__builtin_fma(a[0], b[0], c[0]), __builtin_fma(a[1], b[1], c[1])};
 }
@@ -173,6 +173,16 @@ SKEIN_INLINE TwoDoubles fma_of_two(TwoDoubles a, TwoDoubles b, TwoDoubles c) {
     return a;
 }
 #endif
+/// The same of one.
+SKEIN_INLINE double fma_of_one(double a, double b, double c) {
+#if defined(__x86_64__) && !defined(__FMA__)
+    if (__builtin_cpu_supports("fma")) [[likely]] {
+        asm volatile("{vfmadd213sd %2, %1, %0|vfmadd213sd %0, %1, %2}" : "+x"(a) : "x"(b), "x"(c));
+        return a;
+    }
+#endif
+    return __builtin_fma(a, b, c);
+}
 } // namespace detail
 
 /// a b + c, rounded once.
@@ -198,7 +208,7 @@ template <int W> SKEIN_INLINE Pack<W> fma(const Pack<W>& a, const Pack<W>& b, co
         if constexpr (W == 2) return Pack<W>(detail::fma_of_two(a.v, b.v, c.v));
 #endif
         Pack<W> r;
-        for (int lane = 0; lane < W; ++lane) r.set(lane, __builtin_fma(a[lane], b[lane], c[lane]));
+        for (int lane = 0; lane < W; ++lane) r.set(lane, detail::fma_of_one(a[lane], b[lane], c[lane]));
         return r;
     }
 }

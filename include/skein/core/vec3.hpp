@@ -9,8 +9,9 @@
 
 namespace skein {
 
-inline double fma(double a, double b, double c) { return __builtin_fma(a, b, c); }
-inline double fnma(double a, double b, double c) { return __builtin_fma(-a, b, c); }
+/// a b + c, rounded once.
+SKEIN_INLINE double fma(double a, double b, double c) { return detail::fma_of_one(a, b, c); }
+SKEIN_INLINE double fnma(double a, double b, double c) { return detail::fma_of_one(-a, b, c); }
 inline double sqrt(double a) { return __builtin_sqrt(a); }
 
 template <class P> struct Vec3 {

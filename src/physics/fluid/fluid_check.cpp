@@ -317,6 +317,14 @@ void check_probes(const SceneSpec& scene, bool good_grid, Objections& objections
     if (!scene.fluid_probes.empty()) stop_without_series(scene, "fluid_probe.0", "probes", objections);
 }
 
+/// Checks the columns of power.
+void check_fluid_power(const SceneSpec& scene, Objections& objections) {
+    if (!FluidTables::has_immersed(scene))
+        return TableObjections(objections, "output")
+            .unused({"fluid_power"}, "without rods, bodies or obstacles in a [fluid]");
+    if (scene.output.fluid_power) stop_without_series(scene, "output.fluid_power", "powers", objections);
+}
+
 /// Checks the groups whose rods have columns of their own.
 void check_fluid_forces(const SceneSpec& scene, Objections& objections) {
     const std::vector<std::string>& names = scene.output.fluid_forces;
@@ -422,6 +430,7 @@ void FluidTables::check(const SceneSpec& given, Objections& objections) {
     if (scene.output.fluid_fields > 0 && !scene.fluid)
         objections.add("output.fields", "'fields' has no use without [fluid]");
     check_fluid_forces(scene, objections);
+    check_fluid_power(scene, objections);
     check_immersion(scene, immersion);
     if (!scene.fluid) {
         check_unused("obstacle", scene.obstacles, "[fluid]", objections);

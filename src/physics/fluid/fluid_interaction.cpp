@@ -90,6 +90,7 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts, const FluidPla
         bodies_ = std::make_unique<Immersion>(comm_, threads_, grid, plan_.forcing, plan_.obstacles, std::move(rods),
                                               flow_->pencils().across());
         bodies_->set_lag(lag_);
+        if (plan_.measures_power) bodies_->measure_work();
         if (plan_.two_way()) {
             bodies_->set_balance(std::make_unique<ForceBalance>(
                 groups_, *bodies_->rods(), parts.around.fluid,
@@ -402,6 +403,10 @@ void FluidInteraction::add_loads(std::vector<Figure>& all) const {
     }
     for (std::size_t g = 0; g < groups_.size(); ++g)
         add(groups_[g].name() + "_fluid_force", bodies_->force_on_rods(g, density, to_), "N");
+    if (const auto power = bodies_->power(density, to_)) {
+        all.push_back({"fluid_power_given[W]", Figure::Of::same, {power->given}});
+        all.push_back({"fluid_power_lost[W]", Figure::Of::same, {power->lost}});
+    }
     for (const LoadColumns& columns : plan_.single_loads.columns) {
         const Immersion::MeanLoad load = bodies_->load_on_single(columns.single, density, to_);
         add(columns.name, columns.couple ? load.couple : load.force, columns.couple ? "N m" : "N");

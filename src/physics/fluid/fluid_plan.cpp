@@ -364,6 +364,7 @@ FluidPlan plan_fluid(const PlanInput& input) {
                    .outputs = {},
                    .probes = scene.fluid_probes,
                    .single_loads = single_loads(scene, groups),
+                   .measures_power = scene.output.fluid_power,
                    .speed = {},
                    .retraction = scene.immersion.retraction,
                    .coupling = scene.immersion.coupling,

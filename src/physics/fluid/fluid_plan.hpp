@@ -84,6 +84,7 @@ struct FluidPlan {
     std::vector<FluidOutput> outputs;
     std::vector<FluidProbeSpec> probes = {};
     SingleLoads single_loads = {};
+    bool measures_power = false; ///< of bodies at their surfaces
     FluidSpeed speed;
     double stated = 0;       ///< m/s, the largest speed of rods that the scene states; 0: none
     double largest_slip = 0; ///< over the largest speed, above which steps are shortened; 0: it does not count

@@ -69,6 +69,7 @@ public:
             lines.push_back({"  output", output_text(o, constants.grid, p.steps, p.dt), "", {}});
         for (const FluidProbeSpec& probe : probes) lines.push_back({"  probe", probe_text(probe), "", {}});
         lines.push_back({"  loads", single_loads_text(single_loads), "", {}});
+        lines.push_back({"  power", measures_power ? "of bodies at their surfaces, in each stage" : "", "", {}});
         lines.push_back({"  steps", fluid_steps_text(*this, p.steps, p.dt), "", {}});
         lines.push_back({"  memory", fmt::format("{:.0f} B per cell", bytes_per_cell(machine.ranks)), "", {}});
         lines.push_back({"  cost", fluid_cost_text(*this, p.steps, p.dt, cores, machine.cores_per_node), "", {}});
