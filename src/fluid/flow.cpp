@@ -65,12 +65,25 @@ double largest_inflow_share(const FlowConstants& constants) {
     return (is_parabolic(constants, 1) ? 1.5 : 1.0) * (is_parabolic(constants, 2) ? 1.5 : 1.0);
 }
 
+namespace {
+
+/// Courant number at which viscosity damps what a scheme makes grow. theory.md (77b)
+double damped_courant(const FlowConstants& constants, double speed, double courant) {
+    if (!keeps_rates(constants.scheme)) return courant;
+    constexpr double least = 0.1; // a wave may grow by e in 4000 cells of way
+    const double damped = std::cbrt(8 * constants.kinematic_viscosity / (speed * constants.grid.h));
+    return std::min(courant, std::max(damped, least));
+}
+
+} // namespace
+
 double step_limit(const FlowConstants& constants, double speed, double courant) {
     const double h = constants.grid.h, viscosity = constants.kinematic_viscosity;
-    constexpr double stable = 2.5 / 12, margin = 1.5; // limit by viscosity alone
+    constexpr double margin = 1.5; // of the limit by viscosity alone
     constexpr double steps_of_period = 40;
-    const double fastest = std::max(speed, wall_speed(constants)),
-                 by_speed = fastest > 0 ? courant * h / fastest : HUGE_VAL,
+    const double stable = (constants.scheme == FlowScheme::adams_bashforth ? 1.0 : 2.5) / 12,
+                 fastest = std::max(speed, wall_speed(constants)),
+                 by_speed = fastest > 0 ? damped_courant(constants, fastest, courant) * h / fastest : HUGE_VAL,
                  by_viscosity = viscosity > 0 && constants.scheme != FlowScheme::crank_nicolson
                                     ? stable / margin * h * h / viscosity
                                     : HUGE_VAL,

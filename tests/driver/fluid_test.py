@@ -66,6 +66,24 @@ def multigrid(scene, keys=""):
 def libraries(process):
     return set(re.findall(r"/\S*?(lib\w+)[-.\d]*\.so", pathlib.Path(f"/proc/{process.pid}/maps").read_text()))
 
+# Vortices in a stream with waves of three cells.
+ROUGH = """
+title = "a rough flow"
+[constants]
+k = { value = 6.283185307179586, unit = "1/m" }
+U = { value = 1.0, unit = "m/s" }
+[time]
+duration = 5.0
+[fluid]
+cells = [32, 32, 1]
+spacing = 0.03125
+density = 1.0
+viscosity = 1e-6
+velocity_formula = ["U + U * sin(k*x) * cos(k*y) + 0.05 * U * sin(13*k*x) * cos(11*k*y)", "0 * U - U * cos(k*x) * sin(k*y)", "0 * U"]
+[output]
+series = 0.1
+"""
+
 
 class Fluid(DriverTest):
     def setUp(self):
@@ -250,6 +268,18 @@ class Fluid(DriverTest):
         self.assertLess(abs(speed), 4, "twice as coarse as the scene")
         impulse, = (number for what, number in ring.items() if what.startswith("impulse"))
         self.assertLess(impulse, 0.5)
+
+    def test_no_scheme_makes_a_flow_grow(self):
+        """In steps as long as viscosity allows, and at any Courant number where it is next to nothing."""
+        for scheme in ("rk3", "rk3_projected", "adams_bashforth", "crank_nicolson"):
+            for viscosity, courant, duration in ((1e-6, 0.5, 5.0), (1e-6, 1.5, 5.0), (1e-3, 1.0, 5.0), (0.1, 1.5, 0.2)):
+                with self.subTest(scheme=scheme, viscosity=viscosity, courant=courant):
+                    self.scene.write_text(ROUGH)
+                    out = f"{scheme}{viscosity}{courant}"
+                    self.run_skein(out, "--set", f"fluid.scheme={scheme}", "--set", f"fluid.viscosity={viscosity}", "--set", f"fluid.courant={courant}", "--set", f"time.duration={duration}")
+                    energy = self.series(out)["fluid_energyJ"]
+                    print(scheme, viscosity, courant, energy[-1] / energy[0])
+                    self.assertLess(energy.max(), 1.01 * energy[0])
 
     def test_a_wall_that_swings_drags_the_fluid_along_as_in_theory(self):
         errors = []
