@@ -121,8 +121,9 @@ def draw_power(school, to):
     heading(each, "a swimmer's, mean over a period" + ("; shaded: all" if school.swimmers > 1 else ""))
     whole.plot(school.time, school.work.sum(axis=1), color=FORWARD, lw=1.2, label="work of all muscles")
     if school.spent:
-        time, energy = school.spent
+        time, energy, lost = school.spent
         whole.plot(time, energy, color=LATERAL, lw=1.2, ls="--", label="taken by viscosity and stored in fluid and bodies")
+        if lost is not None: whole.plot(time, energy + lost, color=LATERAL, lw=1.2, ls=":", label="and lost at surfaces")
     whole.set_xlim(0, school.time[-1]), whole.set_ylim(bottom=0)
     whole.legend(frameon=False, labelcolor=INK, loc="lower right")
     axis_words(whole, "time [T]", "energy [ρ L⁵/T²]")

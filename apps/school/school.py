@@ -24,7 +24,8 @@ class School:
     curvature: np.ndarray  # about d2 [frames, swimmers, vertices], 1/L
     work: np.ndarray       # of muscles since the start [frames, swimmers], rho L^5/T^2
     bodies: np.ndarray     # nodes in the last frame [swimmers, nodes, 3], L
-    spent: tuple           # times [rows], T, and what viscosity has taken and what is stored by then [rows], rho L^5/T^2; None without a fluid
+    spent: tuple           # times [rows], T, what viscosity has taken and what is stored by then, and what is lost at surfaces [rows],
+                           # rho L^5/T^2, None if it was not measured; None without a fluid
 
     @property
     def swimmers(self):
@@ -101,8 +102,7 @@ def read_school(directory):
 
 
 def spent(run, group, period, unit):
-    """Where the muscles' work goes; what is missing is lost where markers hold the fluid, of the power in a plane 9 % with 80 cells a body and
-    5 % with 160. A body's own inertia is what it has beyond the fluid that fills it.                                         theory.md (88)"""
+    """Where the muscles' work goes. A body's own inertia is what it has beyond the fluid that fills it.           theory.md (88), (161)"""
     if not (run.directory / "observables.csv").exists() or "fluid_dissipation" not in run.series:
         return None
     within = run.physics["fluid"]["density"] if run.physics["immersion"].get("inner_inertia", True) else 0
@@ -110,8 +110,10 @@ def spent(run, group, period, unit):
     time, taken = series["time"], series["fluid_dissipation"]
     share = {"fluid_energy": 1, "kinetic_translation": own, "kinetic_rotation": own} | {name: 1 for name in series if name.startswith("elastic")}
     stored = sum(part * series[name] for name, part in share.items())
-    lost = np.concatenate([[0.0], np.cumsum(0.5 * (taken[1:] + taken[:-1]) * np.diff(time))])
-    return time / period, (lost + stored) / unit
+    def until(power):
+        return np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(time))])
+    lost = until(series["fluid_power_lost"]) / unit if "fluid_power_lost" in series else None
+    return time / period, (until(taken) + stored) / unit, lost
 
 
 def mean_rate(time, values):
@@ -206,9 +208,11 @@ def measure(school):
                "power": told((school.work[-1] - school.work[first]) / over),
                "finite": bool(all(np.isfinite(values).all() for values in (school.places, school.curvature, school.work)))}
     if school.spent:
-        time, energy = school.spent
-        between = np.interp([school.time[first], school.time[-1]], time, energy)
-        figures["power_spent"] = float(np.diff(between)[0] / over / school.swimmers)
+        time, *parts = school.spent
+        for name, energy in zip(("power_spent", "power_lost"), parts):
+            if energy is None: continue
+            between = np.interp([school.time[first], school.time[-1]], time, energy)
+            figures[name] = float(np.diff(between)[0] / over / school.swimmers)
     found = networks(school)
     if found:
         figures |= {"edges": len(found.near), "overlap": len(found.common), "overlap_by_chance": found.by_chance, "rho": found.rho}
@@ -216,18 +220,20 @@ def measure(school):
 
 
 def table(figures):
-    def words(name):
+    def words(name, digits=4):
         now = figures[name]
-        return f"{now['mean']:.4f}" + (f" ({now['least']:.4f} to {now['most']:.4f})" if figures["swimmers"] > 1 else "")
+        return f"{now['mean']:.{digits}f}" + (f" ({now['least']:.{digits}f} to {now['most']:.{digits}f})" if figures["swimmers"] > 1 else "")
     over = f"over the last {figures['over_last']:.3g} T"
     lines = [f"{figures['title']}: {figures['swimmers']} swimmer{'s' if figures['swimmers'] > 1 else ''}, {figures['periods']:.4g} T",
              f"  forward    {words('forward')} L/T {over}; last period {words('forward_last_period')}",
              "             by period " + ", ".join(f"{value:.3f}" for value in figures["forward_by_period"]),
              f"  lateral    {words('lateral')} L/T {over}; last period {words('lateral_last_period')}",
              f"  way        forward {words('way_forward')} L; drift in y {words('drift_y')}, in z {words('drift_z')}",
-             f"  power      {words('power')} rho L^5/T^3 a swimmer {over}"]
+             f"  power      {words('power', 5)} rho L^5/T^3 a swimmer {over}"]
     if "power_spent" in figures:
-        lines.append(f"             of which viscosity takes, and fluid and bodies store, {figures['power_spent']:.4f}")
+        lines.append(f"             of which viscosity takes, and fluid and bodies store, {figures['power_spent']:.5f}")
+    if "power_lost" in figures:
+        lines.append(f"             and {figures['power_lost']:.5f} is lost at surfaces")
     if "rho" in figures:
         lines.append(f"  networks   {figures['overlap']} of {figures['edges']} edges in both, by chance {figures['overlap_by_chance']:.1f}; "
                      f"Spearman's rho of C and -D {figures['rho']:+.3f}")
