@@ -270,9 +270,9 @@ class Fluid(DriverTest):
         self.assertLess(impulse, 0.5)
 
     def test_no_scheme_makes_a_flow_grow(self):
-        """In steps as long as viscosity allows, and at any Courant number where it is next to nothing."""
+        """In steps as long as viscosity allows, and up to a Courant number of 1.2 where it is next to nothing. theory.md (77b)"""
         for scheme in ("rk3", "rk3_projected", "adams_bashforth", "crank_nicolson"):
-            for viscosity, courant, duration in ((1e-6, 0.5, 5.0), (1e-6, 1.5, 5.0), (1e-3, 1.0, 5.0), (0.1, 1.5, 0.2)):
+            for viscosity, courant, duration in ((1e-6, 0.5, 5.0), (1e-6, 1.2, 5.0), (1e-3, 1.0, 5.0), (0.1, 1.5, 0.2)):
                 with self.subTest(scheme=scheme, viscosity=viscosity, courant=courant):
                     self.scene.write_text(ROUGH)
                     out = f"{scheme}{viscosity}{courant}"

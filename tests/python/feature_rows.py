@@ -107,7 +107,7 @@ def fluid(name, sets="fluid", **keys):
 
 def fluid_loads():
     """Columns of the loads of a fluid on single rods."""
-    in_fluid = fluid("output.fluid_forces", output={"fluid_forces": ["left"], "series": 6e-6})
+    in_fluid = fluid("output.fluid_forces", output={"fluid_forces": ["left"], "fluid_power": True, "series": 6e-6})
 
     def edit(scene, where):
         in_fluid.edit(scene, where)
