@@ -40,7 +40,7 @@ double process_seconds() {
 /// Steps of a whole scene from its start on. Contacts that have yet to form are allowed for.
 struct Tried {
     double step_s = 0;      ///< wall time of a step or part
-    double parts = 1;       ///< of a step, as it began
+    double parts = 1;       ///< of a step: of the last one, or in the mean if they were more
     double speed = 0;       ///< of the fastest node so far, m/s
     double way = HUGE_VAL;  ///< that a node may go in a part, m
     double spent = 0;       ///< s
@@ -76,8 +76,9 @@ std::optional<Tried> try_whole(const PlannedMethod& method, double budget) {
     const PaceControl* pace = pace_control(world.interactions());
     const double forming = 1e-9 * ns_of_formed * missing_pairs(world) * static_cast<double>(plan.elements);
     tried.step_s = tried.spent / static_cast<double>(made - warm) + (pace ? in_bed : 1.0) * forming;
-    tried.parts = static_cast<double>(world.parts_of_step());
-    if (!world.gave_up()) tried.parts = static_cast<double>(made) / static_cast<double>(tried.steps);
+    // A step that has just begun has one part, whatever the ones before had.
+    const double steps = static_cast<double>(tried.steps + (world.gave_up() ? 1 : 0));
+    tried.parts = std::max(static_cast<double>(world.parts_of_step()), static_cast<double>(made) / steps);
     if (pace) tried.way = pace->allowed();
     else if (step_control(world.interactions())) tried.way = way_in_a_part(world.interactions());
     return tried;
