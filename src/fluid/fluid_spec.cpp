@@ -104,7 +104,8 @@ void FluidSpec::scheme_fields(FieldVisitor& f) {
     f.visit({.name = "courant",
              .unit = "-",
              .text = "largest Courant number: sum over directions of velocity times step over spacing; a longer step "
-                     "of the scene is divided",
+                     "of the scene is divided. Schemes adams_bashforth and crank_nicolson take less, 0.1 at least, in "
+                     "fluids of low viscosity",
              .above = 0,
              .at_most = 1.5},
             courant);

@@ -314,7 +314,9 @@ void SharpForcing::end_sweeps(const FlowStage& stage) {
         if (work_) {
             const SharpNode& node = list_[n];
             const double slip = node.velocity - nth(stage.velocity, node.component)[node.at];
-            work_->add({change * node.velocity, change * slip}, here == row);
+            // Lists of two clusters may meet in one row, or not, as ranks share rows.
+            const bool same_row = here == row && list_[n - 1].body == node.body;
+            work_->add({change * node.velocity, change * slip}, same_row);
         }
         add(list_[n], change, sums, here != row);
         row = here;

@@ -19,6 +19,7 @@ void SurfaceWorkSums::end_stage() {
 }
 
 void SurfaceWorkSums::sum() {
+    if (kept_ == 0) return;
     std::vector<std::vector<double>> columns(2 * std::size_t{kept_});
     for (std::size_t n = 0; n < terms_.size(); ++n) {
         columns[2 * std::size_t{stage_[n]}].push_back(terms_[n].given);
